@@ -56,4 +56,4 @@ def _rounded(verdict: Verdict) -> Verdict:
     )
 
 
-KIND = replace(printed_values.KIND, name="documents", summary=_summary, kept=_kept)
+KIND = replace(printed_values.KIND, name="documents", summary=_summary, prepare_to_save=_kept)

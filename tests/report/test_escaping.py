@@ -23,7 +23,7 @@ from conrod.report.folder import restore_findings
 from conrod.report.html import page as html_page
 from conrod.report.html.markdown import Place, render_html
 from conrod.report.kind import KINDS, Part, kind_named
-from conrod.report.table import MAX_ERROR_CHARACTERS, Toned, table, verbatim
+from conrod.report.table import MAX_ERROR_CHARACTERS, ColouredCell, table, verbatim
 from conrod.report.template import _environment
 from conrod.report.terminal import console, print_lines, print_table
 from conrod.report.verification.page import (
@@ -139,7 +139,11 @@ def document_of(kind: str, name: str, entry: dict[str, Any], text: str) -> str:
 
 @pytest.mark.parametrize("text", HOSTILE)
 def test_no_value_of_a_template_is_an_image_or_leads_outside(text: str) -> None:
-    for value in (text, table(("point", text), [(text, Toned(text, "bad"))], title=text), Figure("x", text, str)):
+    for value in (
+        text,
+        table(("point", text), [(text, ColouredCell(text, "bad"))], title=text),
+        Figure("x", text, str),
+    ):
         page = _environment().from_string("{{ value }}").render(value=value, shown_figures={})
         html = document_of("", "", {"title": text, "command": text}, page)
         assert Loading(html).found == []
@@ -193,7 +197,7 @@ def test_a_terminal_shows_control_characters_as_question_marks(
     if terminal:
         monkeypatch.setenv("FORCE_COLOR", "1")
     out = console()
-    print_table(out, table(("body", TITLE), [(TITLE, Toned(TITLE, "bad"))], title=TITLE))
+    print_table(out, table(("body", TITLE), [(TITLE, ColouredCell(TITLE, "bad"))], title=TITLE))
     print_lines(out, [TITLE])
     shown = capsys.readouterr().out
     assert shown.count("?]0;owned?") >= 4

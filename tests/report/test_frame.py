@@ -21,7 +21,7 @@ from conrod.errors import InvalidInput
 from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
-from conrod.report.table import Toned, table
+from conrod.report.table import ColouredCell, table
 from conrod.report.template import table_text
 from conrod.report.writer import render_again, report_batch
 from conrod.scenes import SCENES, Scene
@@ -190,7 +190,7 @@ def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path)
 
 
 def test_tables_escape_bars_and_set_what_is_out_of_tolerance_bold() -> None:
-    text = table_text(table(("a", "b"), [("x|y", Toned("no", "bad"))], right=("b",)))
+    text = table_text(table(("a", "b"), [("x|y", ColouredCell("no", "bad"))], right=("b",)))
     assert text.splitlines() == ["| a | b |", "| --- | ---: |", "| x\\|y | **no** |"]
     assert table_text(table(("a",), [])) == ""
     with pytest.raises(ValueError, match="do not fit"):

@@ -21,8 +21,8 @@ from conrod.own.tables.columns import request
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.table import table
-from conrod.report.verification import beside
 from conrod.report.verification import page as pages
+from conrod.report.verification import supporting_sections
 from conrod.report.verification.page import (
     Verification,
     VerificationSection,
@@ -233,13 +233,13 @@ def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_wher
     tmp_path: Path,
 ) -> None:
     table_study = measured(tmp_path, encoder_table())
-    within, none = beside.validation_section(None, table_study, (9e-5, 1e-5))
+    within, none = supporting_sections.validation_section(None, table_study, (9e-5, 1e-5))
     assert none == []
     assert "does not stand out" in within.sentences[-1]
-    beyond, off = beside.validation_section(None, table_study, (1e-5, 1e-5))
+    beyond, off = supporting_sections.validation_section(None, table_study, (1e-5, 1e-5))
     assert off
     assert "an error of the model stands out" in beyond.sentences[-1]
-    unknown, _ = beside.validation_section(None, table_study, (9e-5, None))
+    unknown, _ = supporting_sections.validation_section(None, table_study, (9e-5, None))
     assert "no validation uncertainty" in unknown.sentences[-1]
 
 

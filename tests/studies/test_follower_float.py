@@ -13,7 +13,7 @@ from cell_tasks import pursued
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.exact.motion import Array
 from conrod.report.limits.tables import onset_table
-from conrod.report.table import Toned
+from conrod.report.table import ColouredCell
 from conrod.runs.plain_values import plain_values
 from conrod.scenes import CamFollower
 from conrod.studies.frame.case import Measurement
@@ -56,7 +56,7 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
     # Negative control: a force six per cent too large moves the onset by its root.
     found = found_with(force=1.06)
     assert found.onset == pytest.approx(math.sqrt(1.06), abs=0.003)
-    assert Toned("not within 2 %", "bad") in onset_table([found]).rows[0]
+    assert ColouredCell("not within 2 %", "bad") in onset_table([found]).rows[0]
 
 
 # -- real engines ------------------------------------------------------------------------------------------------------

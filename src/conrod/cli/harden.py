@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.mjcf.results import HardenedModel
 from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report import numbers
-from conrod.report.table import Cell, Toned, Verbatim, table
+from conrod.report.table import Cell, ColouredCell, Verbatim, table
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
@@ -113,7 +113,9 @@ def hardening_to_print(found: HardenedModel, file: Path | None) -> Iterator[Prin
 
 def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
     """Figures of the model as it is, and hardened."""
-    broken = (Toned(f"{one.steps}, then {one.broke}", "bad") if one.broke else str(one.steps) for one in found.variants)
+    broken = (
+        ColouredCell(f"{one.steps}, then {one.broke}", "bad") if one.broke else str(one.steps) for one in found.variants
+    )
     yield ["steps completed", *broken]
     for k, loop in enumerate(found.loops):
         values = (None if one.openings is None else MM * one.openings[k] for one in found.variants)

@@ -27,8 +27,7 @@ from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.findings import Findings
 from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.report.limits.report import KIND as LIMITS
-from conrod.report.verification import beside
-from conrod.report.verification.beside import MEASUREMENTS
+from conrod.report.verification import supporting_sections
 from conrod.report.verification.page import (
     ChangeRecord,
     Verification,
@@ -38,6 +37,7 @@ from conrod.report.verification.page import (
     valid_seal,
 )
 from conrod.report.verification.sections import study_sections
+from conrod.report.verification.supporting_sections import MEASUREMENTS
 from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
 from conrod.studies.frame.files import files_to_write
@@ -109,13 +109,15 @@ class Dossier:
         scene, subject, data = self.scene, self.subject, self.uncertainties.get(MEASUREMENTS)
         found, deviations = study_sections(study)
         lengths = {name: size for name, size in self.uncertainties.items() if name != MEASUREMENTS}
-        found["parameters"], moves, place = beside.parameters_section(scene, lengths, _length_deviations(study))
-        found["inputs"] = beside.inputs_section(_files(self.asked, subject), scene)
-        found["software"] = beside.software_section(study)
+        found["parameters"], moves, place = supporting_sections.parameters_section(
+            scene, lengths, _length_deviations(study)
+        )
+        found["inputs"] = supporting_sections.inputs_section(_files(self.asked, subject), scene)
+        found["software"] = supporting_sections.software_section(study)
         for section, (content, off) in {
-            "validation": beside.validation_section(study, self.measured, (place, data)),
-            "validity": beside.validity_section(self.limits, scene),
-            "invariances": beside.invariances_section(self._invariances(study)),
+            "validation": supporting_sections.validation_section(study, self.measured, (place, data)),
+            "validity": supporting_sections.validity_section(self.limits, scene),
+            "invariances": supporting_sections.invariances_section(self._invariances(study)),
         }.items():
             found[section] = content
             deviations += off

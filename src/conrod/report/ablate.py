@@ -8,7 +8,7 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.numbers import lengths
-from conrod.report.table import Cell, Table, Tone, Toned, table
+from conrod.report.table import Cell, ColouredCell, Table, Tone, table
 from conrod.report.template import join_words
 from conrod.report.terminal import PrintedPart
 from conrod.studies.ablate_findings import (
@@ -48,10 +48,10 @@ def cost_text(cost: PairedTiming | None) -> str:
 def ingredients_table(found: EngineAblation, title: str = "") -> Table:
     """Return a row for each ingredient: cost, change, verdict, and the studies that need it."""
     head = ("ingredient", "cost alone", "cost in full", "change", "verdict", "needed by")
-    return table(head, [_ingredient(one) for one in found.ingredients], title=title)
+    return table(head, [_ingredient_cells(one) for one in found.ingredients], title=title)
 
 
-def _ingredient(one: IngredientResult) -> list[Cell]:
+def _ingredient_cells(one: IngredientResult) -> list[Cell]:
     pair = [next((e for e in one.evidence if e.full is full), None) for full in (False, True)]
     first = pair[0] or pair[1]
     verdict = f"{one.verdict.value} ({one.because})" if one.because else one.verdict.value
@@ -59,7 +59,7 @@ def _ingredient(one: IngredientResult) -> list[Cell]:
         f"{one.name}{' (part of the minimal model)' if one.minimal else ''}",
         *("" if evidence is None else cost_text(evidence.cost) for evidence in pair),
         "" if first is None else numbers.error("position", first.change and first.change["position"]),
-        Toned(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
+        ColouredCell(verdict, TONES[one.verdict]) if one.verdict in TONES else verdict,
         ", ".join(one.needed_by),
     ]
 

@@ -68,11 +68,11 @@ def _errors_table(results: Sequence[ForceResult], group: str) -> Table:
             continue
         unit = "N m" if is_moment(name) else "N"
         peak = f"{numbers.quantity(some[0].peak)} {unit}" + ("" if some[0].own_peak else " (of others)")
-        rows.append([f"`{name}`", peak, *(_sizes(r, name) for r in results)])
+        rows.append([f"`{name}`", peak, *(_error_cell(r, name) for r in results)])
     return table(["quantity", "exact peak", *(f"{' '.join(engine_and_preset(r))}: max, rms" for r in results)], rows)
 
 
-def _sizes(result: ForceResult, name: str) -> str:
+def _error_cell(result: ForceResult, name: str) -> str:
     one = (result.errors or {}).get(name)
     if one is None:
         return "unsupported"
@@ -83,7 +83,7 @@ def _sizes(result: ForceResult, name: str) -> str:
 # -- the report ------------------------------------------------------------------------------------------------------
 
 
-def _judged_sizes(result: ForceResult) -> dict[str, Any]:
+def _largest_errors(result: ForceResult) -> dict[str, Any]:
     return {"largest": {group: result.judged_error(group) for group in result.groups}}
 
 
@@ -98,7 +98,7 @@ KIND = Kind(
     name="forces",
     findings=ForceStudy,
     title=lambda found: found.scene.title,
-    summary=partial(scene_summary, more=_judged_sizes),
+    summary=partial(scene_summary, more=_largest_errors),
     printed=results_to_print,
     verdict=scene_verdict,
     results="forces.json",

@@ -88,7 +88,7 @@ def figures(studies: Iterable[MotionStudy]) -> list[Figure]:
     ]
 
 
-def _sizes(result: MotionResult) -> dict[str, float | None]:
+def _largest_errors(result: MotionResult) -> dict[str, float | None]:
     return {name: result.largest(name) for name in QUANTITIES}
 
 
@@ -102,7 +102,7 @@ KIND = Kind(
     name="motion",
     findings=MotionStudy,
     title=lambda study: study.scene.title,
-    summary=partial(scene_summary, more=_sizes),
+    summary=partial(scene_summary, more=_largest_errors),
     printed=results_to_print,
     verdict=scene_verdict,
     results="motion.json",

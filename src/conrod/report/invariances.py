@@ -8,7 +8,7 @@ from typing import Any
 from conrod.mjcf.results import Invariance, InvarianceStudy, Kept
 from conrod.report import numbers
 from conrod.report.kind import Kind
-from conrod.report.table import VERDICT, Cell, Table, Toned, table
+from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
 
 
@@ -37,19 +37,19 @@ def invariances_table(study: InvarianceStudy) -> Table:
             "" if value is None else text(value) if value else "0"
             for value, text in ((one.difference, numbers.measured_text), (one.over_bound, "{:.0e}".format))
         )
-        rows.append((one.change, one.bound, difference, over, _verdict(one)))
+        rows.append((one.change, one.bound, difference, over, _verdict_cell(one)))
     measured = "difference", "over its bound"
     return table(("changed", "must hold to", *measured, VERDICT), rows, measured)
 
 
-def _verdict(one: Invariance) -> Cell:
+def _verdict_cell(one: Invariance) -> Cell:
     if one.outcome is Kept.UNSUPPORTED:
         return f"unsupported: {one.reason}"
     broken = one.outcome is Kept.BROKEN
     words = one.outcome.value.upper() if broken else one.outcome.value
     if one.cases > 1:
         words += f" in {one.broken} of {one.cases} models" if one.broken else f" in {one.cases} models"
-    return Toned(words, "bad" if broken else "good")
+    return ColouredCell(words, "bad" if broken else "good")
 
 
 def notes(study: InvarianceStudy) -> list[str]:

@@ -133,13 +133,13 @@ class Kind(Generic[F]):
         one_part: True if a report has only one part, and so no index.
         results, index_file: names of its files in a folder, which several kinds may share.
         suffix: ending of the names of its pages and data.
-        kept: returns the findings as they are saved.
-        merged: merges earlier findings of a part with new ones; None if new ones replace them.
+        prepare_to_save: returns the findings as they are saved.
+        merge: merges earlier findings of a part with new ones; None if new ones replace them.
         digits: digits of measured fractions in a folder, see `round_findings`; None keeps all.
         digits_of: other digits for fields of these names.
-        live: returns HTML to insert below the first sentence of a part's page, with ids that begin with a prefix;
+        live_html: returns HTML to insert below the first sentence of a part's page, with ids that begin with a prefix;
             empty if there is none.
-        in_live: endings of the names of figures that this HTML replaces.
+        replaced_figures: endings of the names of figures that this HTML replaces.
         tile: ending of the name of a part's figure on the first page in HTML; empty for none.
         schema: version of the layout of the findings.
     """
@@ -155,12 +155,12 @@ class Kind(Generic[F]):
     results: str = "results.json"
     index_file: str = "README.md"
     suffix: str = ""
-    kept: Callable[[F], F] = lambda findings: findings
-    merged: Callable[[F, F], F] | None = None
+    prepare_to_save: Callable[[F], F] = lambda findings: findings
+    merge: Callable[[F, F], F] | None = None
     digits: int | None = None
     digits_of: Mapping[str, int | None] = field(default_factory=dict)
-    live: Callable[[Part[F], str], str] | None = None
-    in_live: tuple[str, ...] = ()
+    live_html: Callable[[Part[F], str], str] | None = None
+    replaced_figures: tuple[str, ...] = ()
     tile: str = ""
     schema: int = 2
 

@@ -12,7 +12,7 @@ from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, L
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured_text, order, quantity
 from conrod.report.start_pose import open_start_words
-from conrod.report.table import VERDICT, Table, Toned, Verbatim, table
+from conrod.report.table import VERDICT, ColouredCell, Table, Verbatim, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 from conrod.runs.other_forces import acting_sentences
 from conrod.runs.trajectory import Outcome
@@ -171,23 +171,28 @@ def _size_text(name: str, size: float) -> str:
 def runs_table(study: LoopStudy) -> Table:
     """Return a row for each run at the model's own step, and for the cheapest sufficient run."""
     runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
-    rows = [(run.label, *_sizes(run), order(run.order), measured_text(run.cost), _verdict(study, run)) for run in runs]
+    rows = [
+        (run.label, *_error_cells(run), order(run.order), measured_text(run.cost), _run_verdict(study, run))
+        for run in runs
+    ]
     title = "driven along the exact motion: largest errors"
     return table(("settings", *RIGHT_COLUMNS, VERDICT), rows, RIGHT_COLUMNS, title)
 
 
-def _sizes(run: LoopRun) -> tuple[str, ...]:
+def _error_cells(run: LoopRun) -> tuple[str, ...]:
     errors = [measured_text(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
     return quantity(1e3 * run.timestep), *errors, "" if run.gap is None else measured_text(1e3 * run.gap)
 
 
-def _verdict(study: LoopStudy, run: LoopRun) -> Toned | str:
+def _run_verdict(study: LoopStudy, run: LoopRun) -> ColouredCell | str:
     if run.outcome is not Outcome.COMPLETED:
-        return Toned(f"{run.outcome.slug}: {run.reason}", "odd")
+        return ColouredCell(f"{run.outcome.slug}: {run.reason}", "odd")
     if not study.question.tolerance:
         return "measured"
     return (
-        Toned("within tolerance", "good") if run.within(study.question.tolerance) else Toned("OUT OF TOLERANCE", "bad")
+        ColouredCell("within tolerance", "good")
+        if run.within(study.question.tolerance)
+        else ColouredCell("OUT OF TOLERANCE", "bad")
     )
 
 

@@ -36,8 +36,8 @@ def measured_text(value: float | None) -> str:
     if abs(value) < ROUNDING:
         return BELOW_ROUNDING
     if PLAIN_RANGE[0] <= abs(value) < PLAIN_RANGE[1]:
-        return _plain(round_to_digits(value, 2), 2)
-    return _exponent(value)
+        return _fixed_text(round_to_digits(value, 2), 2)
+    return _exponent_text(value)
 
 
 def scaled_text(value: float | None, factor: float) -> str:
@@ -125,7 +125,7 @@ def defect_size_text(size: float, unit: str) -> str:
 
 def order(value: float | None) -> str:
     """Return an observed order of convergence in two digits; 'n/a' for None."""
-    return MISSING if value is None else _plain(round_to_digits(value, 2), 2)
+    return MISSING if value is None else _fixed_text(round_to_digits(value, 2), 2)
 
 
 def duration(seconds: float | None) -> str:
@@ -134,7 +134,7 @@ def duration(seconds: float | None) -> str:
         return MISSING
     value = round_to_digits(seconds, 2)
     unit, factor = ("µs", 1e6) if value < 1e-3 else ("ms", 1e3) if value < 1.0 else ("s", 1.0)
-    return f"{_plain(round_to_digits(value * factor, 2), 2)} {unit}"
+    return f"{_fixed_text(round_to_digits(value * factor, 2), 2)} {unit}"
 
 
 def percent(share: float | None) -> str:
@@ -178,11 +178,11 @@ def round_to_digits(value: float, digits: int) -> float:
     return float(f"{value:.{digits - 1}e}")
 
 
-def _plain(value: float, digits: int) -> str:
+def _fixed_text(value: float, digits: int) -> str:
     decimals = max(0, digits - 1 - math.floor(math.log10(abs(value)))) if value else 0
     return f"{value:.{decimals}f}"
 
 
-def _exponent(value: float) -> str:
+def _exponent_text(value: float) -> str:
     mantissa, exponent = f"{value:.1e}".split("e")
     return f"{mantissa}e{int(exponent)}"

@@ -63,8 +63,8 @@ def pack_files(
     """
     return {
         **({} if machine is None else {MACHINE: machine}),
-        PARAMETERS: _json(parameters_document(name, scene)),
-        MECHANISM: _json(mechanism_document(scene.mechanism())),
+        PARAMETERS: _json_text(parameters_document(name, scene)),
+        MECHANISM: _json_text(mechanism_document(scene.mechanism())),
         TRAJECTORY: as_csv(exact_columns(scene, samples, revolutions)),
         DRAWING: mechanism_svg(scene),
         README: _readme(name, scene, samples),
@@ -153,7 +153,7 @@ def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
     }
 
 
-def _json(document: dict[str, Any]) -> str:
+def _json_text(document: dict[str, Any]) -> str:
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -190,7 +190,7 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
     if place.name.lower().endswith(ARCHIVE):
         folder = place.name[: -len(ARCHIVE)]
         return single(place, zip_archive({f"{folder}/{name}": content for name, content in files.items()}))
-    meanwhile = _json({**json.loads(files[PARAMETERS]), UNFINISHED: True})
+    meanwhile = _json_text({**json.loads(files[PARAMETERS]), UNFINISHED: True})
     return Batch(place, files, meanwhile={PARAMETERS: meanwhile})
 
 

@@ -99,13 +99,15 @@ KIND = Kind(
 def _recommendation_lines(found: Recommendation, allowed: Allowed) -> Iterator[str]:
     choice, timing, settings = found.choice, found.timing, found.choice.case.settings
     preset = "" if settings.preset == CUSTOM else f" (the preset {settings.preset!r})"
-    yield f"{choice.swept.engine.name}: {_setting(choice)}{preset}"
-    yield f"  largest errors: {_errors_allowed(choice, allowed)}; margin {found.margin:.2g}"
+    yield f"{choice.swept.engine.name}: {_setting_text(choice)}{preset}"
+    yield f"  largest errors: {_errors_with_limits(choice, allowed)}; margin {found.margin:.2g}"
     yield (
         f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, as much as "
         f"{timing.ratio:.3g} steps of the engine's reference loop"
     )
-    confirmed = [f"{one.what} {_error_list(_errors(one, allowed, choice.case.scene))}" for one in found.confirmations]
+    confirmed = [
+        f"{one.what} {_error_list(_error_texts(one, allowed, choice.case.scene))}" for one in found.confirmations
+    ]
     yield f"  confirmed: {'; '.join(confirmed)}"
     yield from _rejected_lines(found.rejected, allowed)
     yield f"  found {found.how}"
@@ -119,16 +121,16 @@ def _refusal_lines(found: Refusal, allowed: Allowed) -> Iterator[str]:
     excess = {q: error / allowed[q] for q, error in found.nearest.errors(allowed).items() if error > allowed[q]}
     over = ", ".join(f"{q} is {x:.3g} times what is allowed" for q, x in excess.items())
     yield f"{found.engine}: nothing qualifies: {over or 'what was within tolerance was not confirmed elsewhere'}"
-    yield f"  nearest: {_setting(found.nearest)}: {_errors_allowed(found.nearest, allowed)}"
+    yield f"  nearest: {_setting_text(found.nearest)}: {_errors_with_limits(found.nearest, allowed)}"
     yield from _rejected_lines(found.rejected, allowed)
     yield f"  sought {found.how}"
 
 
-def _setting(choice: Choice) -> str:
+def _setting_text(choice: Choice) -> str:
     return f"{choice.swept.rule.name}, {choice.steps} steps per revolution"
 
 
-def _errors(found: Choice | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
+def _error_texts(found: Choice | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
     places = {point: sizes["position"]["max"] for point, sizes in (found.measurement.errors or {}).items()}
     errors = found.errors(allowed)
     return {q: numbers.error(q, places if q == "position" else e, scene.lengths) for q, e in errors.items()}
@@ -138,13 +140,13 @@ def _error_list(errors: Mapping[str, str]) -> str:
     return ", ".join(f"{q} {size}" for q, size in errors.items())
 
 
-def _errors_allowed(choice: Choice, allowed: Allowed) -> str:
-    errors = _errors(choice, allowed, choice.case.scene)
+def _errors_with_limits(choice: Choice, allowed: Allowed) -> str:
+    errors = _error_texts(choice, allowed, choice.case.scene)
     return _error_list({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
 
 
 def _rejected_lines(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:
     for one in rejected:
-        shown = ((c, _error_list(_errors(c, allowed, one.choice.case.scene))) for c in one.why)
+        shown = ((c, _error_list(_error_texts(c, allowed, one.choice.case.scene))) for c in one.why)
         lost = "; ".join(f"{c.what}: {errors or c.measurement.outcome}" for c, errors in shown)
-        yield f"  cheaper, but not confirmed: {_setting(one.choice)} ({lost})"
+        yield f"  cheaper, but not confirmed: {_setting_text(one.choice)} ({lost})"

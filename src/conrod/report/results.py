@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from conrod.engines import engine_style
 from conrod.report import numbers
-from conrod.report.table import VERDICT, Cell, Table, Toned, table
+from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
@@ -86,8 +86,8 @@ def verdict_cell(result: Result, more: str = "") -> Cell:
     """Return the verdict on a result as a coloured cell, with more words added."""
     words = verdict_words(result) + more
     if not result.completed and result.passed is None:
-        return Toned(words, "odd")
-    return words if result.passed is None else Toned(words, "good" if result.passed else "bad")
+        return ColouredCell(words, "odd")
+    return words if result.passed is None else ColouredCell(words, "good" if result.passed else "bad")
 
 
 def summary_words(results: Iterable[Result]) -> str:

@@ -43,11 +43,11 @@ def spots(study: SweepStudy, diagram: Drawing) -> Iterator[Spot]:
     """Yield a spot for each timed point of the diagram, with its settings to paste."""
     points = tables.timed_points(study)
     for axes, quantity in zip(diagram.axes, QUANTITIES, strict=True):
-        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _words(study, p)) for p in points]
+        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _spot_words(study, p)) for p in points]
         yield from spots_in_axes(diagram, axes, places)
 
 
-def _words(study: SweepStudy, point: SweptPoint) -> str:
+def _spot_words(study: SweepStudy, point: SweptPoint) -> str:
     errors = ", ".join(f"{quantity} {numbers.measured_text(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
@@ -83,7 +83,7 @@ def first_figure(studies: Iterable[SweepStudy]) -> Figure | None:
 
 OVERALL_FRONT_STYLE: dict[str, Any] = {"color": "#c4c4c4", "linewidth": 7.0, "zorder": 1, "solid_capstyle": "round"}
 
-WIDTH, PANEL, MARGINS = 10.5, 5.1, 1.4  # of a figure, of a panel, beside the panels [inch]
+WIDTH, PANEL, MARGINS = 10.5, 5.1, 1.4  # of a figure, of a panel, of legend and labels [inch]
 
 
 def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTITIES) -> Drawing:
@@ -114,19 +114,19 @@ def _cost_axis(axes: Axes, limits: tuple[float, float]) -> None:
 
 
 def _draw_panel(axes: Axes, study: SweepStudy, points: Sequence[SweptPoint], quantity: str) -> None:
-    set_decades(axes, [_errors(points, quantity)])
+    set_decades(axes, [_rounded_errors(points, quantity)])
     axes.set_ylabel(f"{quantity} error, max / {NORMS[quantity]}")
-    _plot(axes, study.front(quantity), quantity, OVERALL_FRONT_STYLE)
+    _plot_points(axes, study.front(quantity), quantity, OVERALL_FRONT_STYLE)
     for engine in study.engines:
-        _plot(axes, _points_without_preset(points, engine), quantity, _dot_style(engine))
-        _plot(axes, study.front(quantity, engine), quantity, _front_style(engine))
+        _plot_points(axes, _points_without_preset(points, engine), quantity, _dot_style(engine))
+        _plot_points(axes, study.front(quantity, engine), quantity, _front_style(engine))
     for curve in tables.preset_curves(study):
         of_preset = [p for p in curve.points if p in points]
-        _plot(axes, of_preset, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
+        _plot_points(axes, of_preset, quantity, preset_style(curve.engine, curve.preset) if of_preset else {})
 
 
-def _plot(axes: Axes, points: Sequence[SweptPoint], quantity: str, style: dict[str, Any]) -> None:
-    axes.plot(round_to_log_grid(np.array([p.cost or 0.0 for p in points])), _errors(points, quantity), **style)
+def _plot_points(axes: Axes, points: Sequence[SweptPoint], quantity: str, style: dict[str, Any]) -> None:
+    axes.plot(round_to_log_grid(np.array([p.cost or 0.0 for p in points])), _rounded_errors(points, quantity), **style)
 
 
 def _points_without_preset(points: Sequence[SweptPoint], engine: str) -> list[SweptPoint]:
@@ -134,7 +134,7 @@ def _points_without_preset(points: Sequence[SweptPoint], engine: str) -> list[Sw
     return [p for p in points if p.engine == engine and p.preset is None]
 
 
-def _errors(points: Sequence[SweptPoint], quantity: str) -> Any:
+def _rounded_errors(points: Sequence[SweptPoint], quantity: str) -> Any:
     return round_to_log_grid(np.array([p.error(quantity) or 0.0 for p in points]))
 
 

@@ -107,7 +107,7 @@ def front_table(study: SweepStudy, title: str = "") -> Table:
             point.label,
             f"{engine_title(engine)}: {rule_of(point)}",
             str(point.steps_per_revolution),
-            *_errors(study, point),
+            *_error_cells(study, point),
             *(
                 numbers.measured_text(None if point.cost is None else 1e3 * point.cost),
                 numbers.measured_text(point.ratio),
@@ -119,7 +119,7 @@ def front_table(study: SweepStudy, title: str = "") -> Table:
     return table(FRONT_HEAD, rows, right=FRONT_HEAD[2:], title=title)
 
 
-def _errors(study: SweepStudy, point: SweptPoint) -> list[str]:
+def _error_cells(study: SweepStudy, point: SweptPoint) -> list[str]:
     position, *others = (numbers.measured_text(point.error(quantity)) for quantity in QUANTITIES)
     return [position, numbers.in_mm(point.error(COMPARED_QUANTITY), study.lengths), *others]
 

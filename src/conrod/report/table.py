@@ -63,14 +63,14 @@ VERDICT = "verdict"  # heading of the column of verdicts
 
 
 @dataclass(frozen=True)
-class Toned:
+class ColouredCell:
     """A coloured cell: `good` within tolerance, `bad` out of it, `odd` for a failed run."""
 
     text: str
     tone: Tone
 
 
-Cell: TypeAlias = str | Toned
+Cell: TypeAlias = str | ColouredCell
 
 
 @dataclass(frozen=True)
@@ -111,4 +111,4 @@ def table(
 
 def cell_text(cell: Cell) -> str:
     """Return the text of a cell."""
-    return cell.text if isinstance(cell, Toned) else cell
+    return cell.text if isinstance(cell, ColouredCell) else cell

@@ -21,7 +21,7 @@ from jinja2.runtime import Context
 from conrod.report import numbers, results
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
-from conrod.report.table import Cell, Table, Toned, Verbatim, safe_markdown, verbatim
+from conrod.report.table import Cell, ColouredCell, Table, Verbatim, safe_markdown, verbatim
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def table_text(table: Table) -> str:
     if not table:
         return ""
     rule = ["---:" if heading in table.right else "---" for heading in table.headings]
-    lines = [_row(table.headings), _row(rule), *(_row(row) for row in table.rows)]
+    lines = [_row_text(table.headings), _row_text(rule), *(_row_text(row) for row in table.rows)]
     return "\n".join([f"{table.title[:1].upper()}{table.title[1:]}:\n", *lines] if table.title else lines)
 
 
@@ -84,13 +84,13 @@ def unwrap_paragraphs(text: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _row(cells: Iterable[Cell]) -> str:
-    return "| " + " | ".join(_cell(cell) for cell in cells) + " |"
+def _row_text(cells: Iterable[Cell]) -> str:
+    return "| " + " | ".join(_cell_text(cell) for cell in cells) + " |"
 
 
-def _cell(cell: Cell) -> str:
-    if isinstance(cell, Toned):
-        text = _cell(cell.text)
+def _cell_text(cell: Cell) -> str:
+    if isinstance(cell, ColouredCell):
+        text = _cell_text(cell.text)
         return f"**{text}**" if cell.tone == "bad" else text
     return cell.replace("|", "\\|").replace("\n", " ")
 

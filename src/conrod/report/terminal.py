@@ -11,7 +11,7 @@ from rich.segment import Segment
 from rich.text import Text
 
 from conrod.crash import OutputClosed
-from conrod.report.table import VERDICT, Cell, Table, Toned, Verbatim, cell_text, visible_text
+from conrod.report.table import VERDICT, Cell, ColouredCell, Table, Verbatim, cell_text, visible_text
 from conrod.studies.frame.writing import naming
 
 PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; a `Verbatim` line is to be copied
@@ -148,4 +148,4 @@ def _wrapped_lines(out: Console, text: Text, width: int) -> Sequence[Text]:
 
 
 def _styled_text(cell: Cell) -> Text:
-    return Text(cell.text, STYLES[cell.tone]) if isinstance(cell, Toned) else Text(cell)
+    return Text(cell.text, STYLES[cell.tone]) if isinstance(cell, ColouredCell) else Text(cell)

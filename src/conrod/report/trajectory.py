@@ -31,10 +31,11 @@ ESTIMATE_UNITS = {
 def summary_line(study: TableStudy) -> str:
     """Return the table's rows, times, revolutions and scene in a line."""
     first, last = (f"{t:.6g}" for t in study.span)
-    return f"{study.file}: {study.rows} rows, {first} to {last} s, {_turns(study)} of {study.scene_name} ({study.form})"
+    revolutions = _revolutions_text(study)
+    return f"{study.file}: {study.rows} rows, {first} to {last} s, {revolutions} of {study.scene_name} ({study.form})"
 
 
-def _turns(study: TableStudy) -> str:
+def _revolutions_text(study: TableStudy) -> str:
     return f"{study.revolutions:.4g} revolution{'' if study.revolutions == 1.0 else 's'}"
 
 

@@ -63,7 +63,7 @@ def _other_forces_words(study: ModelStudy) -> Iterator[str]:
 def _identity_words(study: ModelStudy) -> str:
     """Say in a sentence whether the model is the machine, and whether limits stop it."""
     if not study.is_machine:
-        return f"It is not {study.scene_name} as it stands: {_why_not(study)}."
+        return f"It is not {study.scene_name} as it stands: {_mismatch_words(study)}."
     if study.model.stops:
         return f"It is {study.scene_name}, but limits keep it from its turn: {'; '.join(study.model.stops)}."
     return f"It is {study.scene_name}."
@@ -88,7 +88,7 @@ def _judged_words(study: ModelStudy, run: JudgedRun) -> str:
 def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
     """List a run's quantities out of tolerance: 'position 7.4e-4 (0.16 mm) > 1.0e-4'."""
     words, lengths = exceeded_words(study.exceeded(run)), study.scene.lengths
-    sizes = {"loops open": in_mm(run.opening, {"": max(lengths.values())}), "position": _in_mm(study, run)}
+    sizes = {"loops open": in_mm(run.opening, {"": max(lengths.values())}), "position": _position_in_mm(study, run)}
     named = [(one, next((size for name, size in sizes.items() if one.startswith(f"{name} ")), "")) for one in words]
     return ", ".join(one.replace(" > ", f" ({size} mm) > ") if size else one for one, size in named)
 
@@ -98,10 +98,10 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
     begin, crank = f"Run as the file has it, from {study.model.start},", study.crank
     if crank is None:
         return f"{begin} it ended as {run.outcome.slug}: {run.reason}."
-    speed, quiet = f"{_rpm(study.scene.speed)} rpm of the scene", _missing_drive(study)
+    speed, quiet = f"{_rpm_text(study.scene.speed)} rpm of the scene", _missing_drive(study)
     # A speed below a millionth of the scene's speed is zero.
     seen = [study.scene.speed * round(one / study.scene.speed, 6) for one in (crank.mean, crank.least, crank.most)]
-    mean, least, most = map(_rpm, seen)
+    mean, least, most = map(_rpm_text, seen)
     steady = mean == least == most
     did = f"it turned at {mean} rpm" if steady else f"it turned at {mean} rpm on average, {least} to {most} rpm"
     if not study.has_start:
@@ -151,11 +151,11 @@ def _not_judged(study: ModelStudy) -> Iterator[str]:
     yield "forces, masses, damping and gravity"
 
 
-def _rpm(speed: float) -> str:
+def _rpm_text(speed: float) -> str:
     return in_shown_unit(speed, "rad/s", 5)[0]
 
 
-def _why_not(study: ModelStudy) -> str:
+def _mismatch_words(study: ModelStudy) -> str:
     identity = study.identity
     branch = ["it is on the other assembly branch, or to be seen from the other side (--plane)"]
     branch = branch if identity.other_branch else []
@@ -172,9 +172,9 @@ def _why_not(study: ModelStudy) -> str:
 def findings(study: ModelStudy) -> dict[str, list[str]]:
     """Return sentences on frame, wiring, paths and settings of the model, by subject."""
     return {
-        "frame": list(_frame(study)),
-        "wiring": list(_wiring(study)),
-        "paths (kinematic mode)": list(_paths(study)),
+        "frame": list(_frame_lines(study)),
+        "wiring": list(_wiring_lines(study)),
+        "paths (kinematic mode)": list(_path_lines(study)),
         "its own settings": [study.model.settings],
     }
 
@@ -182,22 +182,22 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
 # -- frame and wiring ------------------------------------------------------------------------------------------------
 
 
-def _frame(study: ModelStudy) -> Iterator[str]:
+def _frame_lines(study: ModelStudy) -> Iterator[str]:
     """Yield the model's frame, given or worked out, in sentences."""
     there = study.identity.frame
     yield (
         f"plane {there.view.name}, turned by "
-        f"{_degrees(there.rotation)}, crank zero at {_degrees(there.zero)}, unit {there.unit_name}"
+        f"{_degrees_text(there.rotation)}, crank zero at {_degrees_text(there.zero)}, unit {there.unit_name}"
     )
     anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
     yield f"the crank's axis is at ({anchor}) {there.unit_name}; the crank angle grows {way} the hinge's coordinate"
 
 
-def _degrees(angle: float) -> str:
+def _degrees_text(angle: float) -> str:
     return f"{quantity(round(math.degrees(angle), 6), 9)} deg"
 
 
-def _wiring(study: ModelStudy) -> Iterator[str]:
+def _wiring_lines(study: ModelStudy) -> Iterator[str]:
     """Yield joints, closures and mobility of the model, in sentences."""
     has, contact = study.model, study.model.touching
     yield f"{_joint_counts(study)}; the machine has {_machine_joints(study.scene)}"
@@ -211,21 +211,21 @@ def _joint_counts(study: ModelStudy) -> str:
     """Count the joints and closures of the model, in words."""
     has = study.model
     named = {kind if kind in ("connect", "weld") else f"equality of {kind}s": n for kind, n in has.closures.items()}
-    return _plural({**has.joints, **named})
+    return _counts_text({**has.joints, **named})
 
 
 def _machine_joints(scene: Scene) -> str:
-    return _plural(Counter(JOINT_NAMES[type(joint).__name__] for joint in scene.mechanism().joints))
+    return _counts_text(Counter(JOINT_NAMES[type(joint).__name__] for joint in scene.mechanism().joints))
 
 
-def _plural(counts: Mapping[str, int]) -> str:
+def _counts_text(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items())
 
 
 # -- paths and lengths -----------------------------------------------------------------------------------------------
 
 
-def _paths(study: ModelStudy) -> Iterator[str]:
+def _path_lines(study: ModelStudy) -> Iterator[str]:
     """Yield how far the points' paths are from the exact ones, and which points were not given."""
     identity, lengths = study.identity, study.scene.lengths
     off = ", ".join(f"{name} {with_mm({name: size}, lengths, OF_ITS_TRAVEL)}" for name, size in identity.off_by.items())
@@ -264,7 +264,7 @@ def runs_table(study: ModelStudy) -> Table:
                 run.label,
                 quantity(run.steps_per_revolution, 5),
                 measured_text(run.worst("position")),
-                _in_mm(study, run),
+                _position_in_mm(study, run),
             ),
             *(*(measured_text(run.worst(q)) for q in QUANTITIES[1:]), words),
         )
@@ -275,7 +275,7 @@ def runs_table(study: ModelStudy) -> Table:
     return table(("settings", *RIGHT_COLUMNS, "verdict"), rows, RIGHT_COLUMNS, caption)
 
 
-def _in_mm(study: ModelStudy, run: JudgedRun) -> str:
+def _position_in_mm(study: ModelStudy, run: JudgedRun) -> str:
     errors = {point: sizes["position"].max for point, sizes in (run.errors or {}).items()}
     return in_mm(errors, study.scene.lengths)
 

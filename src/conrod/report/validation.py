@@ -14,7 +14,7 @@ from conrod.report.charts.styles import drawable_runs, engine_title, label
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.results import scene_summary, scene_verdict
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
 
@@ -22,7 +22,7 @@ GRID_SHARE = 1e-4  # of a curve's span: less cannot be seen in a figure
 ERROR_DIGITS, POSE_DIGITS = 4, 3
 
 
-# -- what is saved ---------------------------------------------------------------------------------------------------
+# -- curves to save ---------------------------------------------------------------------------------------------------
 
 
 def _drawable_study(study: SceneStudy) -> SceneStudy:
@@ -57,10 +57,13 @@ def _round_to_span(values: Any) -> Any:
 
 
 def _summary(study: SceneStudy) -> dict[str, Any]:
-    return {"closed_form": study.scene.closed_form, **scene_summary(study, partial(_sizes, study.scene.lengths))}
+    return {
+        "closed_form": study.scene.closed_form,
+        **scene_summary(study, partial(_largest_errors, study.scene.lengths)),
+    }
 
 
-def _sizes(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, Any]:
+def _largest_errors(lengths: Mapping[str, float], result: ValidationResult) -> dict[str, Any]:
     largest = {name: result.largest(name) for name in ("position", "velocity", "acceleration", "total")}
     places = [lengths[p] * size["max"] for p, sizes in (result.errors or {}).items() if (size := sizes["position"])]
     metres = max(places, default=None)
@@ -94,12 +97,12 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
     return {which: Figure(f"{name}-{which}", alt, draw) for which, (alt, draw) in drawn.items()}
 
 
-def breaks(scene: Scene) -> str:
+def break_angles_text(scene: Scene) -> str:
     """List the crank angles [deg] at which an acceleration or a jerk jumps."""
     return ", ".join(numbers.quantity(float(np.degrees(angle))) for angle in scene.break_angles())
 
 
-def _live(part: Part[SceneStudy], anchor: str) -> str:
+def _live_html(part: Part[SceneStudy], anchor: str) -> str:
     from conrod.report.html.machine import machine_html
 
     return machine_html(part, anchor)
@@ -123,31 +126,31 @@ def _link(name: str, entry: Mapping[str, Any]) -> str:
 
 def errors_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
     """Return the largest position error of each machine, by engine and preset."""
-    runs = dict.fromkeys(_run(r) for entry in entries.values() for r in entry["summary"]["results"])
+    runs = dict.fromkeys(_engine_and_preset(r) for entry in entries.values() for r in entry["summary"]["results"])
     rows = []
     for name, entry in entries.items():
-        cells = {_run(r): _error(r) for r in entry["summary"]["results"]}
+        cells = {_engine_and_preset(r): _error_cell(r) for r in entry["summary"]["results"]}
         rows.append((_link(name, entry), entry["title"], *(cells.get(run, "") for run in runs)))
     right = [" ".join(run) for run in runs]
     return table(("machine", "title", *right), rows, right, "largest position error / L over the run (in mm)")
 
 
-def _run(result: Mapping[str, Any]) -> tuple[str, str]:
+def _engine_and_preset(result: Mapping[str, Any]) -> tuple[str, str]:
     return engine_title(result["engine"]), result["preset"] or "kinematic"
 
 
-def _error(result: Mapping[str, Any]) -> Cell:
+def _error_cell(result: Mapping[str, Any]) -> Cell:
     completed = result["outcome"] == "completed"
     text = numbers.measured_text(result["largest"]["position"]) if completed else result["outcome"]
     if completed and text != numbers.BELOW_ROUNDING:
         text += f" ({numbers.measured_text(1e3 * result['position_m'])} mm)"
-    return Toned(text, "bad") if result["passed"] is False else text
+    return ColouredCell(text, "bad") if result["passed"] is False else text
 
 
 def reasons(entries: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """List the results that did not pass, with reasons."""
     return [
-        f"{_link(name, entry)}, {' '.join(_run(r))}: {r['verdict']}"
+        f"{_link(name, entry)}, {' '.join(_engine_and_preset(r))}: {r['verdict']}"
         for name, entry in entries.items()
         for r in entry["summary"]["results"]
         if r["passed"] is False
@@ -172,9 +175,9 @@ KIND = Kind(
     summary=_summary,
     printed=validation_tables.results_to_print,
     verdict=scene_verdict,
-    kept=_drawable_study,
+    prepare_to_save=_drawable_study,
     digits=6,
-    live=_live,
-    in_live=("-moving.svg",),
+    live_html=_live_html,
+    replaced_figures=("-moving.svg",),
     tile="-moving.svg",
 )

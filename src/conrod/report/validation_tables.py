@@ -9,7 +9,7 @@ from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
 from conrod.report import numbers
 from conrod.report.results import distrusted_scenes, engine_and_preset, results_table
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import QUANTITIES
@@ -33,9 +33,9 @@ def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
     lengths = {study.name: study.scene.lengths for study in studies}
     columns: dict[str, Callable[[ValidationResult], str]] = {
         "steps/rev": lambda r: str(r.steps_per_revolution or ""),
-        "position": partial(_largest, quantity="position"),
+        "position": partial(_largest_text, quantity="position"),
         numbers.IN_MM: lambda r: position_in_mm(r, lengths[r.scene]),
-        **{q: partial(_largest, quantity=q) for q in QUANTITIES[1:]},
+        **{q: partial(_largest_text, quantity=q) for q in QUANTITIES[1:]},
         "order x, v, a": orders,
     }
     return results_table(studies, columns, TITLE)
@@ -60,7 +60,7 @@ def added_words(study: SceneStudy) -> list[str]:
     return found
 
 
-def _largest(run: ValidationResult, quantity: str) -> str:
+def _largest_text(run: ValidationResult, quantity: str) -> str:
     return numbers.measured_text(run.largest(quantity))
 
 
@@ -136,9 +136,15 @@ def _noticed_cell(found: Noticed | None) -> Cell:
         return "cannot be seen"
     where = f" ({found.where})" if found.where else ""
     if not found.unit:
-        return Toned(f"noticed: {', '.join(found.by)}", "good") if found.by else Toned("NOT NOTICED", "bad")
+        return (
+            ColouredCell(f"noticed: {', '.join(found.by)}", "good") if found.by else ColouredCell("NOT NOTICED", "bad")
+        )
     least = "" if found.smallest is None else f", from {numbers.defect_size_text(found.smallest, found.unit)}"
-    return Toned(f"noticed{least}{where}", "good") if found.by else Toned(f"NOT NOTICED{least}{where}", "bad")
+    return (
+        ColouredCell(f"noticed{least}{where}", "good")
+        if found.by
+        else ColouredCell(f"NOT NOTICED{least}{where}", "bad")
+    )
 
 
 # -- settings --------------------------------------------------------------------------------------------------------

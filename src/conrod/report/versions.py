@@ -14,7 +14,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import add_legend_above
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.versions import Change, VersionStudy
 
@@ -58,7 +58,7 @@ def changes_table(study: VersionStudy) -> Table:
     rows = []
     for version in study.measured:
         for one, change in study.changes_at(version):
-            why: Cell = " ".join(change.explained) if change.explained else Toned("unexplained", "odd")
+            why: Cell = " ".join(change.explained) if change.explained else ColouredCell("unexplained", "odd")
             errors = map(numbers.measured_text, change.errors)
             rows.append((version, one.scene, one.settings, size_words(change), *errors, why))
     title = f"{engine_style(study.engine).title}: what changed from the release before, over L, ω L, ω² L"

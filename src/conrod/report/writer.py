@@ -62,7 +62,7 @@ def report_batch(
     }
     digits_of = {**EXACT_FIELDS, **kind.digits_of}
     saved = {
-        name: round_findings(plain_findings(kind.kept(one)), kind.digits, digits_of)
+        name: round_findings(plain_findings(kind.prepare_to_save(one)), kind.digits, digits_of)
         for name, (one, _) in merged.items()
     }
     alone = all(commands == command.command_for(name) for name, (_, commands) in merged.items())
@@ -74,10 +74,10 @@ def report_batch(
 def _merge_with_earlier(before: ReportFolder, name: str, new: F, command: str) -> tuple[F, str]:
     """Merge findings with the part's earlier ones, and join the commands of both."""
     kind = before.kind
-    if kind.merged is None or name not in before.entries:
+    if kind.merge is None or name not in before.entries:
         return new, command
     try:
-        whole: F = kind.merged(restore_findings(kind.findings, before.values(name)), new)
+        whole: F = kind.merge(restore_findings(kind.findings, before.values(name)), new)
     except InvalidInput:
         return new, command
     if whole == new:
@@ -93,7 +93,7 @@ def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:
         name: {
             "title": kind.title(one),
             "summary": plain_findings(kind.summary(one)),
-            "findings": plain_findings(kind.kept(one)),
+            "findings": plain_findings(kind.prepare_to_save(one)),
         }
         for name, one in findings.items()
     }

@@ -32,7 +32,7 @@ class Dimension:
         text: the text at the arrow.
         arrow: start and end (2, 2) [mm].
         style: matplotlib's name of the arrow's heads.
-        at, turn: the text's centre (2,) [mm] and its angle [rad].
+        at, angle: the text's centre (2,) [mm] and its angle [rad].
         extensions: lines from the measured points to the arrow, each (2, 2) [mm].
     """
 
@@ -40,7 +40,7 @@ class Dimension:
     arrow: Array
     style: str
     at: Array
-    turn: float
+    angle: float
     extensions: tuple[Array, ...] = ()
 
     def draw(self, view: View) -> None:
@@ -48,7 +48,7 @@ class Dimension:
         for extension in self.extensions:
             view.axes.plot(*extension.T, color=INK, linewidth=0.6, zorder=6)
         parts.draw_arrow(view.axes, self.arrow[0], self.arrow[1], INK, self.style, 0.8)
-        parts.draw_note(view.axes, self.at, self.text, INK, math.degrees(self.turn))
+        parts.draw_note(view.axes, self.at, self.text, INK, math.degrees(self.angle))
 
 
 def draw_dimensions(view: View) -> None:
@@ -56,7 +56,7 @@ def draw_dimensions(view: View) -> None:
     for wishes in dimensions(view):
         places = []
         for wish in wishes:
-            box = view.labels.box(wish.at, wish.text, parts.TEXT_STYLE["fontsize"], wish.turn)
+            box = view.labels.box(wish.at, wish.text, parts.TEXT_STYLE["fontsize"], wish.angle)
             places.append((box, (wish.arrow, *wish.extensions)))
         best = view.labels.best_place(places)
         box, lines = places[best]
@@ -120,7 +120,7 @@ def _length_dimensions(
         seen = (start, stop if seen_from is None else seen_from)
         extensions = [np.array([end, tip + 0.15 * aside * left]) for end, tip in zip(seen, arrow, strict=True)]
         at = arrow.mean(axis=0) + math.copysign(TEXT_OFFSET, aside) * left
-        found.append(Dimension(f"{name} {_mm(length)}", arrow, "<|-|>", at, turn, tuple(extensions)))
+        found.append(Dimension(f"{name} {_length_text(length)}", arrow, "<|-|>", at, turn, tuple(extensions)))
     return found
 
 
@@ -153,7 +153,7 @@ def _radius_dimensions(view: View, text: str, centre: Array, radius: float, dire
 
 
 def _wheel_dimensions(view: View, body: str, centre: tuple[float, float], radius: float) -> dict[str, list[Dimension]]:
-    text = f"{'fixed' if body == GROUND else body} r {_mm(MM * abs(radius))}"
+    text = f"{'fixed' if body == GROUND else body} r {_length_text(MM * abs(radius))}"
     directions = view.poses[body][2] + math.radians(210.0) + RADIUS_DIRECTIONS
     return {text: _radius_dimensions(view, text, view.place_of(body, centre), MM * abs(radius), directions)}
 
@@ -168,13 +168,16 @@ def _cam_dimensions(view: View, contact: CamContact) -> dict[str, list[Dimension
         circles = [(arc.centre, arc.radius, arc.start + ARC_SHARES * arc.extent) for arc in profile.arcs]
     found = {}
     for centre, radius, directions in circles:
-        text = f"r {_mm(MM * radius)}"
+        text = f"r {_length_text(MM * radius)}"
         found[text] = _radius_dimensions(view, text, view.place_of(contact.a, centre), MM * radius, turn + directions)
-    roller, text = view.place_of(contact.b, contact.roller_centre), f"roller r {_mm(MM * contact.roller_radius)}"
+    roller, text = (
+        view.place_of(contact.b, contact.roller_centre),
+        f"roller r {_length_text(MM * contact.roller_radius)}",
+    )
     return found | {text: _radius_dimensions(view, text, roller, MM * contact.roller_radius, RADIUS_DIRECTIONS)}
 
 
-def _mm(length: float) -> str:
+def _length_text(length: float) -> str:
     return "{} {}".format(*numbers.in_shown_unit(length / MM, "m"))
 
 

@@ -102,7 +102,7 @@ def _fit_page(view: View) -> Figure:
     return figure
 
 
-# -- marks beside the mechanism ----------------------------------------------------------------------------------------
+# -- marks around the mechanism ----------------------------------------------------------------------------------------
 
 
 def draw_observed(view: View) -> None:

@@ -91,11 +91,11 @@ def draw_turn_arrow(axes: Axes, centre: Array, radius: float, start: float, stop
 
 
 def draw_note(
-    axes: Axes, at: Array, text: str, colour: str, turned: float = 0.0, look: Mapping[str, Any] = TEXT_STYLE
+    axes: Axes, at: Array, text: str, colour: str, rotation: float = 0.0, look: Mapping[str, Any] = TEXT_STYLE
 ) -> None:
     """Draw a text centred on a point, on a white ground, rotated by an angle [deg]."""
     x, y = at
-    style = {**TEXT_STYLE, **look, "color": colour, "rotation": turned, "bbox": TEXT_GROUND}
+    style = {**TEXT_STYLE, **look, "color": colour, "rotation": rotation, "bbox": TEXT_GROUND}
     axes.text(float(x), float(y), text, ha="center", va="center", **style)
 
 
@@ -116,11 +116,11 @@ class Box:
 
     centre: Array
     half: tuple[float, float]
-    turn: float = 0.0
+    angle: float = 0.0
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
         """Return True (N,) for the points (N, 2) in the rectangle."""
-        cos, sin = math.cos(self.turn), math.sin(self.turn)
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
         own = (points - self.centre) @ np.array([[cos, -sin], [sin, cos]])
         return np.asarray((np.abs(own) <= self.half).all(axis=1))
 
@@ -128,7 +128,7 @@ class Box:
         """Return points (N, 2) all over the rectangle, its edges included."""
         x, y = (np.linspace(-half, half, 2 + int(2.0 * half / spacing)) for half in self.half)
         own = np.column_stack([grid.ravel() for grid in np.meshgrid(x, y)])
-        cos, sin = math.cos(self.turn), math.sin(self.turn)
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
         return np.asarray(self.centre + own @ np.array([[cos, sin], [-sin, cos]]))
 
 
@@ -144,9 +144,9 @@ class Labels:
         """Estimate the width of a text in a font size [pt]."""
         return LETTER_WIDTH * size * len(text) * self.point
 
-    def box(self, centre: Array, text: str, size: float, turn: float = 0.0) -> Box:
+    def box(self, centre: Array, text: str, size: float, angle: float = 0.0) -> Box:
         """Return the rectangle of a text, for its font size [pt], centre (2,) and angle [rad]."""
-        return Box(centre, (0.5 * self.width(text, size), 0.5 * LINE_HEIGHT * size * self.point), turn)
+        return Box(centre, (0.5 * self.width(text, size), 0.5 * LINE_HEIGHT * size * self.point), angle)
 
     def add_text(self, box: Box) -> None:
         """Record a text or a symbol."""

@@ -79,23 +79,23 @@ def panel_svg(
     )
     for share in np.linspace(0.0, 1.0, ANGLE_TICKS):
         degrees = f"{ends[0] + share * (ends[1] - ends[0]):.0f}"
-        place, anchor = (_x(share), "middle") if share < 1.0 else (400.0, "end")
+        place, anchor = (_cursor_x(share), "middle") if share < 1.0 else (400.0, "end")
         unit = "" if share < 1.0 else " deg"
         marks += f'<text x="{place:.0f}" y="{BOTTOM + 16}" text-anchor="{anchor}">{degrees}{unit}</text>'
-    drawn = "".join(_path(line, y(line.values)) for line in lines)
-    cursor = f'<line class="cursor" x1="{_x(at):.1f}" x2="{_x(at):.1f}" y1="{TOP}" y2="{BOTTOM}"/>'
+    drawn = "".join(_curve_path(line, y(line.values)) for line in lines)
+    cursor = f'<line class="cursor" x1="{_cursor_x(at):.1f}" x2="{_cursor_x(at):.1f}" y1="{TOP}" y2="{BOTTOM}"/>'
     return Markup(  # made of numbers and escaped texts
         f'<svg class="curves" viewBox="0 0 400 145" role="img" aria-label="{escape(title)}, against the crank angle in '
         f'degrees"><text x="0" y="12" class="title">{escape(title)}</text>{marks}{drawn}{cursor}</svg>'
     )
 
 
-def _x(share: float) -> float:
+def _cursor_x(share: float) -> float:
     return LEFT + (RIGHT - LEFT) * share
 
 
-def _path(line: PanelCurve, heights: Array) -> str:
-    places = " ".join(f"{_x(share):.1f},{h:.1f}" for share, h in zip(line.along, heights, strict=True))
+def _curve_path(line: PanelCurve, heights: Array) -> str:
+    places = " ".join(f"{_cursor_x(share):.1f},{h:.1f}" for share, h in zip(line.along, heights, strict=True))
     return f'<path data-run="{line.run}" d="M{places}" {line.look}/>'
 
 
@@ -119,12 +119,12 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
         order=machine.drawing.order, powers=range(MAX_POWER + 1),
         exact=transforms(exact), engine=transforms(exact + 10.0**power * error),
         runs=[(label(run), _legend_sample(machine, k)) for k, run in enumerate(machine.runs)],
-        panels=_panels(machine), data=Markup(json.dumps(_data(machine), separators=(",", ":"))),
-        degrees=f"{degrees:.0f}", traces=_traces(machine), output=part.findings.scene.output,
+        panels=_panels(machine), data=Markup(json.dumps(_script_data(machine), separators=(",", ":"))),
+        degrees=f"{degrees:.0f}", traces=_point_paths(machine), output=part.findings.scene.output,
     )  # fmt: skip
 
 
-def _data(machine: MovingMachine) -> dict[str, Any]:
+def _script_data(machine: MovingMachine) -> dict[str, Any]:
     """Return the numbers by which the page's script moves the drawing."""
     scene = machine.study.scene
     observed = next(point for point in scene.mechanism().observed if point.name == scene.output)
@@ -153,7 +153,7 @@ def _legend_sample(machine: MovingMachine, number: int) -> Markup:
     return Markup(f'<svg viewBox="0 0 30 8" aria-hidden="true"><path d="M0 4H30" {_stroke(machine, number)}/></svg>')
 
 
-def _traces(machine: MovingMachine) -> list[str]:
+def _point_paths(machine: MovingMachine) -> list[str]:
     scene, scale = machine.study.scene, machine.drawing.scale
     points = scene.motion(machine.angles[::4], scene.speed).points.values()
     return [" ".join(f"{scale * x:.1f},{-scale * y:.1f}" for x, y in point.position) for point in points]

@@ -93,10 +93,10 @@ class _Renderer(RendererHTML):
         return "</table></div>\n"
 
     def th_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
-        return f'<th scope="col"{_side(tokens[idx])}>'
+        return f'<th scope="col"{_alignment_class(tokens[idx])}>'
 
     def td_open(self, tokens: Sequence[Token], idx: int, options: Any, env: Any) -> str:
-        place, side = env["place"], _side(tokens[idx])
+        place, side = env["place"], _alignment_class(tokens[idx])
         place.links.append(bool(side and place.command and NUMBER_CELL.match(tokens[idx + 1].content)))
         # Not a stop for the Tab key: each page has its command once more, as text.
         link = f'<a class="n" tabindex="-1" href="#{escapeHtml(place.command)}">' if place.links[-1] else ""
@@ -129,6 +129,6 @@ class _Renderer(RendererHTML):
         return escapeHtml(alt) if shown is None else shown
 
 
-def _side(token: Token) -> str:
+def _alignment_class(token: Token) -> str:
     """Return a right-aligned cell's class; the page's policy forbids markdown-it's style."""
     return ' class="right"' if "right" in str(token.attrs.get("style", "")) else ""

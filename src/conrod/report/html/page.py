@@ -60,7 +60,7 @@ def html_document(sections: Sequence[PageSection], home: str = "") -> str:
         home: address of the entrance page; empty for none.
     """
     used = ["page", *(name for name, tag in ASSET_MARKERS.items() if any(tag in section.html for section in sections))]
-    style, script = ("\n".join(_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
+    style, script = ("\n".join(_read_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
     return safe_html(
         html_template("page.html.jinja").render(
             sections=sections, style=style, script=script, style_hash=_policy_hash(style),
@@ -104,11 +104,11 @@ def _add_live_part(kind: Kind[Any], name: str, entry: Mapping[str, Any], texts: 
     """Return a part's interactive HTML, and drop the figures that it replaces from the page."""
     findings, shown = restore_findings(kind.findings, json.loads(texts[entry["data"]])), place.figure
     part = Part(name, findings, entry["command"], entry["conrod"])
-    live = kind.live(part, place.anchor) if kind.live else ""
+    live = kind.live_html(part, place.anchor) if kind.live_html else ""
     figures = {figure.file: figure for figure in kind.page_of(part).figures}
 
     def figure(file: str, alt: str) -> str | None:
-        if live and file.endswith(kind.in_live):
+        if live and file.endswith(kind.replaced_figures):
             return ""
         found, spots = shown(file, alt), figures[file].laid_out_spots() if file in figures else []
         return with_spots(found, spots) if found and spots else found
@@ -172,7 +172,7 @@ def _page_place(
     )
 
 
-def _asset(name: str) -> str:
+def _read_asset(name: str) -> str:
     return files(TEMPLATES).joinpath("templates", name).read_text(encoding="utf-8")
 
 

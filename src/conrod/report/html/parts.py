@@ -40,14 +40,14 @@ class Shape:
 
     def outline(self, pose: Pose) -> str:
         """Return SVG path data, or a circle's attributes, in the frame of a body with a pose."""
-        places = _local(pose, self.places)
+        places = _to_body_frame(pose, self.places)
         if self.radius:
             return f'cx="{places[0, 0]:.5g}" cy="{-places[0, 1]:.5g}" r="{self.radius:.4g}"'
         some = places[:: -(-len(places) // MAX_OUTLINE_POINTS)]
         return "M" + " ".join(f"{x:.1f},{-y:.1f}" for x, y in (places if some is places else [*some, places[-1]]))
 
 
-def _svg(shapes: Sequence[Shape], pose: Pose) -> str:
+def _shapes_svg(shapes: Sequence[Shape], pose: Pose) -> str:
     """Return shapes as SVG elements, the lowest first; lines of equal style are joined."""
     ordered = sorted(shapes, key=lambda one: one.above)
     found = []
@@ -142,11 +142,11 @@ def drawing_of(scene: Scene) -> MachineDrawing:
     parted = _PartedView(**vars(view), carried={name: [] for name in before})
     draw_joints(parted)
     draw_links(parted)
-    bodies = {name: _svg(some, before[name]) for name, some in parted.carried.items()}
+    bodies = {name: _shapes_svg(some, before[name]) for name, some in parted.carried.items()}
     turn = scene.kinematics.poses(np.linspace(*scene.kinematics.span, 24)).reshape(24, -1, 3) * [scale, scale, 1.0]
     everywhere = [dict(zip(before, (*map(tuple, poses), before[GROUND]), strict=True)) for poses in turn]
     reached = [
-        np.array([to_world(poses[name], one) for one in _local(before[name], shape.places[::12])])
+        np.array([to_world(poses[name], one) for one in _to_body_frame(before[name], shape.places[::12])])
         for poses in everywhere
         for name, some in parted.carried.items()
         for shape in some
@@ -157,16 +157,16 @@ def drawing_of(scene: Scene) -> MachineDrawing:
     names = [body.name for body in view.mechanism.bodies]
     order = tuple(sorted(range(len(names)), key=lambda k: names[k] not in slotted))
     return MachineDrawing(
-        bodies, order, scale, _box([*reached, *(1e-3 * scale * path for path in view.paths.values())])
+        bodies, order, scale, _drawing_box([*reached, *(1e-3 * scale * path for path in view.paths.values())])
     )
 
 
-def _local(pose: Pose, places: Array) -> Array:
+def _to_body_frame(pose: Pose, places: Array) -> Array:
     cos, sin = np.cos(pose[2]), np.sin(pose[2])
     return np.asarray((places - np.array(pose[:2])) @ np.array([[cos, -sin], [sin, cos]]))
 
 
-def _box(reached: Sequence[Array]) -> tuple[float, float, float, float]:
+def _drawing_box(reached: Sequence[Array]) -> tuple[float, float, float, float]:
     places = np.concatenate(reached)
     low, high = places.min(axis=0) - 0.04 * DRAWING_UNITS, places.max(axis=0) + 0.04 * DRAWING_UNITS
     return float(low[0]), float(-high[1]), float(high[0] - low[0]), float(high[1] - low[1])

@@ -108,7 +108,7 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     Args:
         walks: along the same axis; at least one run has errors."""
     walks = [walk for walk in walks if walk.probes]
-    panels = [panel for panel in (TORQUE, POSITION) if _values(walks, panel)]
+    panels = [panel for panel in (TORQUE, POSITION) if _panel_values(walks, panel)]
     axis = AXES[walks[0].axis]
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks)
@@ -122,19 +122,19 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     return figure
 
 
-def _values(walks: Sequence[Walk], panel: PanelQuantity) -> list[float]:
+def _panel_values(walks: Sequence[Walk], panel: PanelQuantity) -> list[float]:
     found = (panel[0](probe) for walk in walks for probe in walk.probes)
     return [value for value in found if value is not None]
 
 
 def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: PanelQuantity) -> None:
-    canvas.set_decades(axes, [canvas.round_to_log_grid(np.array(_values(walks, panel)))])
+    canvas.set_decades(axes, [canvas.round_to_log_grid(np.array(_panel_values(walks, panel)))])
     for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     for walk in walks:
         # A curve is broken where a run has no value: nothing is known there.
-        _plot(axes, axis, walk.probes, panel, styles.preset_style(walk.engine, walk.preset) | _line_style(axis))
-        _plot(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, UNDETECTED_RING)
+        _plot_probes(axes, axis, walk.probes, panel, styles.preset_style(walk.engine, walk.preset) | _line_style(axis))
+        _plot_probes(axes, axis, [probe for probe in walk.probes if probe.undetected], panel, UNDETECTED_RING)
     ends = [axis_places(axis, (walk.probes[0].value, walk.probes[-1].value)) for walk in walks]
     begin, end = float(np.min(ends)), float(np.max(ends))
     # From the safe end to the failing one; where walks lead both ways, as the numbers do.
@@ -149,7 +149,9 @@ def _line_style(axis: Axis) -> dict[str, Any]:
     return {"linestyle": "none"} if axis.listed else {}
 
 
-def _plot(axes: Axes, axis: Axis, probes: Sequence[Probe], panel: PanelQuantity, style: Mapping[str, Any]) -> None:
+def _plot_probes(
+    axes: Axes, axis: Axis, probes: Sequence[Probe], panel: PanelQuantity, style: Mapping[str, Any]
+) -> None:
     heights = np.array([panel[0](probe) for probe in probes], dtype=float)
     if not np.isnan(heights).all():
         axes.plot(axis_places(axis, (probe.value for probe in probes)), canvas.round_to_log_grid(heights), **style)

@@ -49,7 +49,7 @@ def map_figure(found: LimitMap) -> Figure:
     """Draw a map of limits."""
     figure = Figure(figsize=SIZE)
     axes, scale = figure.subplots(1, 2, width_ratios=(SCALE, 1))
-    _draw(axes, found)
+    _draw_map(axes, found)
     share = f"{len(found.runs)} of {found.nodes} nodes run ({numbers.percent(len(found.runs) / found.nodes)})"
     axes.set_title(f"{found.scene}, {preset_title(found.engine, found.preset)}: {share}", loc="left")
     _draw_scale(scale)
@@ -57,7 +57,7 @@ def map_figure(found: LimitMap) -> Figure:
     return figure
 
 
-def _draw(axes: Axes, found: LimitMap) -> None:
+def _draw_map(axes: Axes, found: LimitMap) -> None:
     across, upwards = AXES[found.x_axis], AXES[found.y_axis]
     x, y = axis_places(across, found.x), axis_places(upwards, found.y)
     edges = cell_edges(x), cell_edges(y)

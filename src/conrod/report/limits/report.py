@@ -146,7 +146,7 @@ KIND = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=lambda study: f"{study.name}: {tables.undetected_words(study.walks)}",
-    merged=merge_studies,
+    merge=merge_studies,
     digits=4,
     digits_of=DIGITS,
 )

@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
-from conrod.report.table import VERDICT, Table, Toned, table
+from conrod.report.table import VERDICT, ColouredCell, Table, table
 from conrod.report.template import join_words
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
@@ -143,5 +143,5 @@ def onset_table(floats: Iterable[FollowerFloat]) -> Table:
         near = found.onset is not None and abs(found.onset - 1.0) <= WITHIN
         verdict = f"{'' if near else 'not '}within {100 * WITHIN:g} %"
         onset = numbers.MISSING if found.onset is None else f"{found.onset:.4f}"
-        rows.append((*engine_and_preset(found), onset, verdict if near else Toned(verdict, "bad")))
+        rows.append((*engine_and_preset(found), onset, verdict if near else ColouredCell(verdict, "bad")))
     return table((*WHO, "onset / theory", VERDICT), rows)

@@ -15,7 +15,7 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import loops, numbers, trajectory, user_model
 from conrod.report import validation_tables as tables
 from conrod.report.results import engine_and_preset
-from conrod.report.table import Cell, Table, Toned, table
+from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.report.verification.page import CRITERIA, VerificationSection
 from conrod.runs.convergence import claimed_order, numerical_uncertainty
 from conrod.studies.frame.case import QUANTITIES
@@ -110,15 +110,15 @@ def _formal_orders(engine: str, preset: str | None) -> Mapping[str, int]:
 def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str]]:
     """Return the sections that a study itself fills, by name, and its open deviations."""
     refined, lengths = list(all_refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
-    judged = _criteria(study)
+    judged = _run_criteria(study)
     rows = [
-        (run, name, _in_digits(name, allowed, lengths), _size(name, of(name), lengths))
+        (run, name, _criterion_text(name, allowed, lengths), _error_text(name, of(name), lengths))
         for run, limits, of, _ in judged
         for name, allowed in limits.items()
     ]
     criteria = table(("run", "quantity", "criterion", "found"), rows, ("criterion", "found"), names=2)
     laws = dict.fromkeys(f"{run}: {law}" for run, limits, _, law in judged if limits)
-    orders = [(one.run, one.quantity, str(one.formal), *_agreement(one)) for one in refined if one.formal]
+    orders = [(one.run, one.quantity, str(one.formal), *_order_cells(one)) for one in refined if one.formal]
     results, settings, proofs = _kind_sections(study)
     code = table(("run", "quantity", "formal order", "observed", "agreement"), orders, names=2)
     found = {
@@ -126,7 +126,9 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
         "code": VerificationSection(
             (code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))
         ),
-        "solution": VerificationSection((*results, _uncertainties(refined, lengths)), () if refined else (ONE_RUN,)),
+        "solution": VerificationSection(
+            (*results, _uncertainty_table(refined, lengths)), () if refined else (ONE_RUN,)
+        ),
         "settings": settings,
     }
     off = [
@@ -139,26 +141,26 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
     return found, [*off, *([NO_CRITERION] if unjudged else [])]
 
 
-def _size(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
+def _error_text(name: str, size: float | None, lengths: Mapping[str, float]) -> str:
     """Return an error as text, in SI if no lengths normalise it."""
     if lengths or size is None:
         return numbers.error(name, size, lengths)
     return f"{numbers.measured_text(size)} {unit_in_prose(UNITS[name])}"
 
 
-def _in_digits(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
+def _criterion_text(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
     """Return a criterion as text in six digits."""
     if name == "phase":
         return f"{math.degrees(allowed):.6g} deg"
     return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {unit_in_prose(UNITS[name])}"
 
 
-def _agreement(one: Refinement) -> tuple[str, Cell]:
+def _order_cells(one: Refinement) -> tuple[str, Cell]:
     below = "at rounding, not shown" if one.order is None else "yes"
-    return numbers.order(one.order), Toned("NO", "bad") if one.is_off else below
+    return numbers.order(one.order), ColouredCell("NO", "bad") if one.is_off else below
 
 
-def _criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str], float | None], str]]:
+def _run_criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[str], float | None], str]]:
     """List the criteria of each run: name, tolerances, errors by quantity, and reason."""
     match study:
         case ModelStudy():
@@ -193,13 +195,13 @@ def _kind_sections(study: Any) -> tuple[tuple[Table, ...], VerificationSection, 
             return (), used, ()
 
 
-def _uncertainties(refined: list[Refinement], lengths: Mapping[str, float]) -> Table:
+def _uncertainty_table(refined: list[Refinement], lengths: Mapping[str, float]) -> Table:
     rows = []
     for one in refined:
         if (found := numerical_uncertainty(one.path, one.steps, one.formal)) is not None:
             order, limit, size = found
             found_at = dict(one.path).get(one.steps)
-            shown = [_size(one.quantity, value, lengths) for value in (found_at, limit, size)]
+            shown = [_error_text(one.quantity, value, lengths) for value in (found_at, limit, size)]
             rows.append((one.run, one.quantity, *shown[:2], f"± {shown[2]}", numbers.order(order)))
     head = ("found", "at a step of zero", "numerical uncertainty", "order of the three finest")
     return table(("run", "error", *head), rows, head, names=2)

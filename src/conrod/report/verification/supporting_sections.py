@@ -83,11 +83,11 @@ def parameters_section(
     ]  # fmt: skip
     head = ("value [mm]", "sensitivity [mm/mm]", "standard uncertainty [mm]", "share")
     example = "no uncertainties were given (`--uncertainty NAME=SIZE`): 0.1 % of each length stands in their place"
-    words = f"together they move a point by {_mm(together)}, a standard uncertainty, where that is largest"
+    words = f"together they move a point by {_mm_text(together)}, a standard uncertainty, where that is largest"
     found = VerificationSection((table(("length", *head), rows, head),), (words, *(() if given else (example,))))
     moves = [
-        f"{name} of the model is off by {_mm(by)}: by its sensitivity that moves a point by up to "
-        f"{_mm(abs(by) * float(slopes[name].max()))}"
+        f"{name} of the model is off by {_mm_text(by)}: by its sensitivity that moves a point by up to "
+        f"{_mm_text(abs(by) * float(slopes[name].max()))}"
         for name, by in off.items()
     ]
     return found, moves, together if given else None
@@ -116,26 +116,26 @@ def validation_section(
     if error is None:
         return VerificationSection((), ("validation not performed: the measurements have no positions",)), []
     sizes = {
-        "u_num, the numerical error of the judged runs": _numerical(study) * max(lengths.values()),
+        "u_num, the numerical error of the judged runs": _numerical_error(study) * max(lengths.values()),
         "u_input, by the parameters": parts[0],
         "u_D, of the measurements": parts[1],
     }
     words = [trajectory.summary_line(found), *trajectory.estimation_lines(found), *found.notes]
-    words.append(f"comparison error E of measured and exact places, at most: {_mm(error)}")
-    words += [f"{name}: {'not given (--uncertainty)' if u is None else _mm(u)}" for name, u in sizes.items()]
+    words.append(f"comparison error E of measured and exact places, at most: {_mm_text(error)}")
+    words += [f"{name}: {'not given (--uncertainty)' if u is None else _mm_text(u)}" for name, u in sizes.items()]
     if None in parts:
         words.append("without both no validation uncertainty can be stated: E alone says nothing on the model")
         return VerificationSection((), tuple(words)), []
     whole = math.hypot(*(size for size in sizes.values() if size is not None))
     beyond = error > COVERAGE_FACTOR * whole
     relation, stands = ("more than", "stands") if beyond else ("within", "does not stand")
-    verdict = f"E is {relation} twice the validation uncertainty u_val of {_mm(whole)}"
+    verdict = f"E is {relation} twice the validation uncertainty u_val of {_mm_text(whole)}"
     return VerificationSection((), (*words, f"{verdict}: an error of the model {stands} out")), [
         verdict
     ] if beyond else []
 
 
-def _numerical(study: Any) -> float:
+def _numerical_error(study: Any) -> float:
     """Return the largest position error of the judged runs, over L."""
     if isinstance(study, ModelStudy):
         return 0.0 if study.own is None else study.own.worst("position") or 0.0
@@ -160,5 +160,5 @@ def invariances_section(study: InvarianceStudy | str) -> tuple[VerificationSecti
     return VerificationSection((invariances.invariances_table(study),), (words,)), [] if study.passed else [words]
 
 
-def _mm(size: float) -> str:
+def _mm_text(size: float) -> str:
     return f"{numbers.scaled_text(size, 1e3)} mm"
