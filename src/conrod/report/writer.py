@@ -171,6 +171,7 @@ def _kinds_in(folder: Path) -> list[str]:
 
 
 def _render_folder(before: ReportFolder, out: Path | None, draw: Draw) -> Batch:
+    """Render a saved report again, into a folder or in its place."""
     head = {key: value for key, value in before.document.items() if key not in ("files", "parts")}
     if not before.entries:
         again = f": make it again: {before.document['command']}" if before.document["command"] else ""

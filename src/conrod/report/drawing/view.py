@@ -75,7 +75,7 @@ class View:
 
 @dataclass(frozen=True)
 class Slide:
-    """A block's point on its guide.
+    """A block that slides along a line of its guide.
 
     Attributes:
         guide: body on which the block slides; the ground, if it is one of the joint's two.

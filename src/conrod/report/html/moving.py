@@ -144,6 +144,7 @@ def _animated_bodies(poses: Array, still: int, order: Sequence[int]) -> str:
 
 
 def _animation(kind: str, values: str) -> str:
+    """Return the SVG element that animates a transform through its values, without end."""
     return (
         f'<animateTransform attributeName="transform" type="{kind}" values="{values}" dur="{SECONDS:.0f}s" '
         'repeatCount="indefinite"/>'
