@@ -31,7 +31,7 @@ from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.files import folder_to_write
-from conrod.studies.frame.result import results_of
+from conrod.studies.frame.result import case_results
 from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import Noticed, ValidationResult
@@ -58,13 +58,13 @@ class Machine:
 def detection(scenes: Mapping[str, Scene], share: float) -> Study[list[Machine]]:
     """The study: first what is noticed, then what is not to be; `share` of the numbers of healthy machines."""
     judged = [(e, p) for e in map(engine_named, engine_names()) for p, rule in e.presets.items() if rule.judged]
-    noticed = yield from results_of(
+    noticed = yield from case_results(
         DetectionCase(name, scene, engine.name, preset, Plan(CAM_STEPS if _has_cam(scene) else None))
         for name, scene in scenes.items()
         for engine, preset in judged
     )
     passed = {name: [(r.engine, str(r.preset)) for r in found if r.qualified] for name, found in noticed.items()}
-    healthy = yield from results_of(
+    healthy = yield from case_results(
         VariantCase(name, made, engine, preset, Plan(steps, 1.0), start)
         for name, scene in scenes.items()
         for number in range(round(share * _count(name)))
@@ -165,7 +165,10 @@ def alarms(machines: Sequence[Machine]) -> list[str]:
     """Each false alarm in words."""
     return [
         f"{m.name}, {r.engine} {r.preset}, {r.steps_per_revolution} steps, speed {r.parameters['speed']:.4g} rad/s: "
-        + (", ".join(f"{q} {f / a:.3g} times its tolerance" for q, (f, a) in r.exceeded().items() if f) or r.reason)
+        + (
+            ", ".join(f"{q} {f / a:.3g} times its tolerance" for q, (f, a) in r.out_of_tolerance().items() if f)
+            or r.reason
+        )
         for m in machines
         for r in m.healthy
         if r.passed is False

@@ -34,26 +34,26 @@ class VariantCase(EngineCase[ValidationResult]):
     plan: Plan
     start_angle: float
 
-    def started(self) -> ValidationResult:
-        return started(self.name, self.scene, self.made_by, self.preset, self.plan)
+    def empty_result(self) -> ValidationResult:
+        return started(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
-    def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
-        return replace(self.started(), outcome=outcome.slug, reason=reason, passed=False)
+    def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:
+        return replace(self.empty_result(), outcome=outcome.slug, reason=reason, passed=False)
 
-    def determined_by(self) -> dict[str, Any]:
-        settings = self.made_by.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
+    def key_fields(self) -> dict[str, Any]:
+        settings = self.loaded_engine.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "start_angle": self.start_angle}
 
     def run(self) -> ValidationResult:
         result, settings, start = begun(
-            self.name, self.scene, self.made_by, str(self.preset), self.plan, self.start_angle
+            self.name, self.scene, self.loaded_engine, str(self.preset), self.plan, self.start_angle
         )
         if not result.completed or not result.limits:
             return result
         errors = RunErrors()
-        ended = run_with_recorders(self.made_by, self.scene, settings, result.revolutions, start, errors)
+        ended = run_with_recorders(self.loaded_engine, self.scene, settings, result.revolutions, start, errors)
         found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
-        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged()
+        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict()
 
 
 def variant(scene: Scene, number: int) -> tuple[Scene, int, float]:

@@ -30,8 +30,8 @@ import pytest
 
 from conrod.studies.execution.local import LocalProcesses
 from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.results_table import TIMED
-from conrod.studies.frame.writing import TEMPORARY
+from conrod.studies.frame.results_table import TIMING_FIELDS
+from conrod.studies.frame.writing import TEMPORARY_PREFIX
 from tests.support.command_line import conrod
 
 pytestmark = pytest.mark.slow
@@ -237,7 +237,9 @@ def test_kills_of_a_sweep(arena: Path, report: Callable[[str], None]) -> None:
         killed(begun(*command), lambda: any(out.glob("**/*")))
         assert conrod("report", REPORT).returncode == (0 if any(out.glob("data/*.json")) else 2)
         assert begun(*command).wait() == 0
-        assert {name: text for name, text in files(out).items() if not Path(name).name.startswith(TEMPORARY)} == whole
+        assert {
+            name: text for name, text in files(out).items() if not Path(name).name.startswith(TEMPORARY_PREFIX)
+        } == whole
     assert rows(ledger) == rows(arena / "undisturbed.sqlite")
     assert "Traceback" not in (arena / "errors.txt").read_text(encoding="utf-8")
     report(f"{kills} kills of a sweep: {wanted} runs, none lost, none other")
@@ -247,7 +249,9 @@ def rows(ledger: Path) -> list[dict[str, str]]:
     """The table of a ledger, without what a clock says."""
     assert conrod("results", "--ledger", str(ledger), "--csv", "r.csv").returncode == 0
     with Path("r.csv").open(encoding="utf-8", newline="") as table:
-        return [{name: value for name, value in row.items() if name not in TIMED} for row in csv.DictReader(table)]
+        return [
+            {name: value for name, value in row.items() if name not in TIMING_FIELDS} for row in csv.DictReader(table)
+        ]
 
 
 def files(folder: Path) -> dict[str, bytes]:

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from command_line import conrod, refusal
 
-from conrod.studies.frame.baseline import read
+from conrod.studies.frame.baseline import read_baseline
 from tests.report.test_frame import contents, study, write
 
 ROOT = Path(__file__).parents[2]
@@ -91,7 +91,7 @@ def test_a_baseline_with_an_odd_number_is_refused(
 
 def test_a_baseline_as_it_was_written_is_read(baseline: Path, tmp_path: Path) -> None:
     # Negative control.
-    assert read(baseline).results
+    assert read_baseline(baseline).results
     (tmp_path / "deep.json").write_text("[" * 100_000)
     assert "is no baseline" in refusal(*JUDGED, "--baseline", "deep.json", cwd=tmp_path)
 

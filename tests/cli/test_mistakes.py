@@ -17,7 +17,7 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, replaced
 from table_files import csv_text, exact_table
 
 from conrod.scenes import SCENES
-from conrod.studies.frame.baseline import Baseline, write
+from conrod.studies.frame.baseline import Baseline, write_baseline
 
 MODEL = "check hacksaw.xml --scene saw-40rpm"
 GIVEN = f"{MODEL} --crank a --point C=x"
@@ -152,7 +152,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     os.mkfifo(made / "pipe")
     for name, text in FILES.items():
         (made / name).write_text(text)
-    write(made / "saw.json", Baseline({"scene": ["saw-500rpm"]}, "ab", {}, {}))
+    write_baseline(made / "saw.json", Baseline({"scene": ["saw-500rpm"]}, "ab", {}, {}))
     for name, other in LINKS.items():
         (made / name).symlink_to(other)
     for name, other in HARD_LINKS.items():

@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.files import read_description, read_tables
 from conrod.mechanism.units import parse_quantity
 from conrod.scenes.described_scene import read_scene, scene_from_tables
-from conrod.studies.frame.resolve_arguments import machine_text, scene
+from conrod.studies.frame.resolve_arguments import mechanism_file_bytes, scene
 
 
 def refusal(given: dict[str, Any]) -> str:
@@ -125,7 +125,7 @@ def test_ground_points_as_far_as_all_links_are_accepted(count: int) -> None:
 
 
 def test_ground_points_beyond_all_links_are_refused() -> None:
-    written = machine_text("four-bar-chain-40")
+    written = mechanism_file_bytes("four-bar-chain-40")
     assert written is not None
     machine = tomllib.loads(written.decode().replace("O40 = [40, 0]", "O40 = [82, 0]"))
     assert 'O40.x = 82 m is 82 times the largest other length, 1 m: write "82 mm"' in refusal(machine)

@@ -116,7 +116,7 @@ def test_a_wrong_factor_is_caught(
 
 def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
     run = replace(planted("saw-500rpm"), tolerance=Tolerance(phase=math.radians(1.0)), phase={"max": math.radians(2.0)})
-    study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.judged(),))
+    study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.with_verdict(),))
     assert verdict_words(study.results[0]) == "OUT OF TOLERANCE: phase 2.0 deg > 1 deg"
     (row,) = tables.tolerances_table(study).rows
     assert row[-2] == "1 deg"
@@ -130,6 +130,6 @@ def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
 def test_verdict_within_a_law_says_what_the_law_allows_for(engine: str, off: float, more: str) -> None:
     errors = {"C": {"position": {"max": 1e-5}, "velocity": {"max": 1e-3}, "acceleration": {"max": off}}}
     run = replace(planted("saw-500rpm"), engine=engine, errors=errors, tolerance=Tolerance(1e-3, 1e-2, 0.3))
-    study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.judged(),))
+    study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.with_verdict(),))
     assert verdict_words(study.results[0]) == f"within tolerance{more}"
     assert summary_words(study.results) == f"The judged result is within tolerance{more}."

@@ -24,7 +24,7 @@ from conrod.own.tables.study import study_table
 from conrod.report.pack import PAGES, mechanism_document, pack_files
 from conrod.scenes import SCENES, Scene, catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
-from conrod.studies.frame.resolve_arguments import machine_text
+from conrod.studies.frame.resolve_arguments import mechanism_file_bytes
 
 MACHINES = ("swinging-four-bar", "slider-crank")
 PASS = MACHINES[0]
@@ -41,7 +41,7 @@ def packed(name: str, scene: Scene) -> Mapping[str, str | bytes]:
     """Made once, without the drawing: that takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("conrod.report.pack.mechanism_svg", lambda _: "<svg/>")
-        return pack_files(name, scene, 90, 2, machine_text(name))
+        return pack_files(name, scene, 90, 2, mechanism_file_bytes(name))
 
 
 def unpacked(name: str, scene: Scene, folder: Path) -> Path:
@@ -160,11 +160,11 @@ def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> Non
 
 
 def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:
-    assert machine_text("saw-40rpm") is None
-    assert machine_text(PASS) == catalogue_text(PASS).encode()
+    assert mechanism_file_bytes("saw-40rpm") is None
+    assert mechanism_file_bytes(PASS) == catalogue_text(PASS).encode()
     own = tmp_path / "own.toml"
     own.write_bytes(catalogue_text(PASS).encode())
-    assert machine_text(str(own)) == own.read_bytes()
+    assert mechanism_file_bytes(str(own)) == own.read_bytes()
     done = conrod("export", "own.toml", "--format", "pack", "-o", "pack", "--set", "speed=-100rpm", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     found = scene_in(tmp_path / "pack")

@@ -23,7 +23,7 @@ from conrod.scenes import (
     dynamics_names,
     scene_named,
 )
-from conrod.studies.frame.resolve_arguments import select_scene, select_scenes, typed_names
+from conrod.studies.frame.resolve_arguments import arguments_of_files, select_scene, select_scenes
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.study import validate_kinematic, validation
 
@@ -72,7 +72,7 @@ def test_changed_copy_may_not_run_beside_its_original(tmp_path: Path) -> None:
     own.write_text(catalogue_text("slider-crank").replace("560 mm", "600 mm"))
     alone = select_scenes([str(own)], [])["slider-crank"]
     assert alone.parameters_text != catalogue_scene("slider-crank").parameters_text
-    assert typed_names([str(own), "saw-40rpm"]) == {"slider-crank": str(own)}
+    assert arguments_of_files([str(own), "saw-40rpm"]) == {"slider-crank": str(own)}
     for both in itertools.permutations([str(own), "slider-crank"]):
         with pytest.raises(InvalidInput, match=r"own\.toml.*another"):
             select_scenes(both, [])
@@ -103,7 +103,7 @@ def test_wheel_contains_mechanism_files(tmp_path: Path) -> None:
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:
     for case in next(validation({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan)):
         result = case.run()
-        assert result.passed is not False, (name, engine, case.preset, result.reason, result.exceeded())
+        assert result.passed is not False, (name, engine, case.preset, result.reason, result.out_of_tolerance())
         assert result.outcome != "unsupported" or result.reason
 
 

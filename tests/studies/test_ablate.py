@@ -107,7 +107,7 @@ def answer(case: RunCase) -> Measurement:
     if not isinstance(case, CostCase):
         return measure(case)
     dear = [settings.iterations > 100 for settings in (case.settings, case.against)]
-    return Measurement("completed", beside={"paired": plain_values(timing(1.3 ** (dear[0] - dear[1])))})
+    return Measurement("completed", payload={"paired": plain_values(timing(1.3 ** (dear[0] - dear[1])))})
 
 
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,8 +22,8 @@ from conrod.engines.numerics import frames_from_centres
 from conrod.exact.motion import Array
 from conrod.scenes import catalogue_scene
 from conrod.studies.ablate_findings import Effect, Evidence, Verdict, verdict
-from conrod.studies.frame.paired_timing import PairedTiming, time_pair
-from conrod.studies.frame.timing import BLOCK, MOST_REVOLUTIONS, REFERENCE_STEPS, time_run
+from conrod.studies.frame.paired_timing import PairedTiming, time_settings_pair
+from conrod.studies.frame.timing import MAX_REPEAT_REVOLUTIONS, REFERENCE_STEPS, STEPS_PER_CALL, time_run
 
 MILLISECOND = 1_000_000  # [ns]
 REFERENCE_COST = 1000  # [ns] a step
@@ -95,9 +95,9 @@ def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
     assert found.seconds_per_revolution == pytest.approx(20e-6, rel=1e-15)
     engine = FakeEngine(1000)
     assert timed(engine, 20000).steps == 20000
-    assert max(engine.made[0]) == BLOCK
+    assert max(engine.made[0]) == STEPS_PER_CALL
     # A clock too coarse to see a turn does not ask for endlessly many.
-    assert timed(FakeEngine(1), 20).steps == 20 * MOST_REVOLUTIONS
+    assert timed(FakeEngine(1), 20).steps == 20 * MAX_REPEAT_REVOLUTIONS
 
 
 # -- one over another --------------------------------------------------------------------------------------------------
@@ -106,7 +106,7 @@ def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
 def paired(engine: Any, machine: Any, steps: int = 1000) -> PairedTiming:
     tuned, stock = MuJoCoSettings.tuned(SAW, 1000), MuJoCoSettings.stock(SAW, 1000)
     twice = replace(tuned, steps_per_revolution=steps)
-    return time_pair(engine, machine, twice, stock, rounds=10, clock=engine.clock)
+    return time_settings_pair(engine, machine, twice, stock, rounds=10, clock=engine.clock)
 
 
 def test_a_pass_is_made_anew_in_every_block_and_never_driven_beyond_its_end() -> None:
@@ -215,4 +215,4 @@ def test_what_an_engine_spends_in_threads_of_its_own_is_its_cost(clock: Any, lea
     found = time_run(engine, SAW, MuJoCoSettings.stock(SAW, 100), **clock)
     spent = 1e9 * found.seconds_per_revolution * found.steps / 100
     # The negative control: on the calling thread's clock next to nothing was spent.
-    assert least <= spent < least + 0.6 * MILLISECOND * math.ceil(found.steps / BLOCK)
+    assert least <= spent < least + 0.6 * MILLISECOND * math.ceil(found.steps / STEPS_PER_CALL)

@@ -94,4 +94,4 @@ def test_a_worker_with_another_engine_version_runs_nothing(
         pytest.raises(InvalidInput, match=r"engine_version '7.* there and '6\.0' here; install the same versions"),
     ):
         run_cases(tasks.cells(3), ledger, executor)
-    assert ledger.finished(c.key for c in tasks.cells(3)) == set()
+    assert ledger.finished_keys(c.key for c in tasks.cells(3)) == set()

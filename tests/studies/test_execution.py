@@ -104,7 +104,7 @@ def test_a_process_that_cannot_start_is_no_outcome_of_a_cell(
     monkeypatch.setattr(sys, "executable", python)
     with LocalProcesses(1) as executor, pytest.raises(InvalidInput, match="cannot start"):
         run_cases(CELLS[:3], ledger, executor)
-    assert ledger.finished(c.key for c in CELLS) == set()
+    assert ledger.finished_keys(c.key for c in CELLS) == set()
 
 
 # -- interrupted and killed ------------------------------------------------------------------------------------------
@@ -137,7 +137,7 @@ def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_
         with tasks.running(tmp_path / "killed", count) as running:
             assert len(list(islice(running.stdout, after))) == after
         with Ledger.open(tmp_path / "killed") as ledger:
-            kept = len(ledger.finished(cell.key for cell in cells))
+            kept = len(ledger.finished_keys(cell.key for cell in cells))
         # Negative control: it was killed in the middle, not before and not after.
         assert kept_before < kept < count
         kept_before = kept

@@ -110,7 +110,7 @@ def test_healthy_variants_have_the_forces_that_the_law_of_their_scheme_says(
 ) -> None:
     made, result, _, law = variant_forces(name, number, engine)
     found = validate_forces(name, made, engine_named(engine), PRESET_OF[engine], FULL)
-    assert found.passed, (found.exceeded(), found.mistaken())
+    assert found.passed, (found.out_of_tolerance(), found.mistaken())
     assert (found.tolerance, found.reason_of_tolerance) == (result.tolerance, result.reason_of_tolerance)
     for group, names in found.groups.items():
         error, allowed = found.judged_error(group) or 0.0, (found.tolerance or {})[group]
@@ -130,7 +130,7 @@ def test_forces_that_are_off_by_more_than_the_scheme_are_out_of_tolerance() -> N
     assert tracks.drive_torque is not None
     twice = replace(tracks, drive_torque=2.0 * tracks.drive_torque - right)
     wrong = with_forces("pymunk", lambda *_: twice)
-    assert list(validate_forces("watt", made, wrong, "tuned", FULL).exceeded()) == ["torque"]
+    assert list(validate_forces("watt", made, wrong, "tuned", FULL).out_of_tolerance()) == ["torque"]
 
 
 def test_wrong_masses_show_beside_errors_of_the_scheme() -> None:
@@ -150,9 +150,9 @@ def test_forces_at_a_change_point_are_not_judged_where_the_law_is_undetermined()
 
 
 def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> None:
-    strict = measured("shear-press", "pymunk", "tuned", FEW).judged({"torque": 1e-9})
+    strict = measured("shear-press", "pymunk", "tuned", FEW).with_verdict({"torque": 1e-9})
     assert strict.passed is False
-    assert list(strict.exceeded()) == ["torque"]
+    assert list(strict.out_of_tolerance()) == ["torque"]
     stock = measured("shear-press", "mujoco", "stock", FEW)
     assert stock.passed is None
     assert (stock.judged_error("torque") or 0.0) > 1e-3
@@ -203,7 +203,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
         wrong = defective(engine, body, quality, (20.0 if unseen else 1.0) * one.change)
         found = validate_forces(name, scene_from_tables(name), wrong, preset, plan)
         assert found.outcome == "completed"
-        assert bool(found.passed) == unseen, (body, quality, found.exceeded(), found.mistaken())
+        assert bool(found.passed) == unseen, (body, quality, found.out_of_tolerance(), found.mistaken())
         if not unseen:
             assert (found.likeness or {})[f"{body}.{quality}"] == pytest.approx(1.0, abs=0.2), (body, quality)
 

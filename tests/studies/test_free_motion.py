@@ -38,7 +38,7 @@ def course(name: str, seconds: float = 2.0, step: float | None = None) -> ExactC
 
 
 def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", plan: MotionPlan = SHORT) -> MotionResult:
-    return run_motion("it", of, engine_named(engine), preset, plan).judged(plan.tolerance)
+    return run_motion("it", of, engine_named(engine), preset, plan).with_verdict(plan.tolerance)
 
 
 # -- what is found ---------------------------------------------------------------------------------------------------
@@ -76,7 +76,7 @@ def test_pymunk_is_measured_and_judged_where_a_tolerance_is_given() -> None:
     assert result(pendulum, "pymunk", "tuned").passed is None
     judged = result(pendulum, "pymunk", "tuned", replace(SHORT, tolerance={"position": 1e-5, "energy": 1.0}))
     assert judged.passed is False
-    assert set(judged.exceeded()) == {"position"}
+    assert set(judged.out_of_tolerance()) == {"position"}
     assert judged.leaving == 1e-5
 
 

@@ -20,8 +20,8 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
-from conrod.studies.frame.case import QUANTITIES, Measurement, key_of, pursue
-from conrod.studies.frame.result import AS_ASKED, refine, refinement_path, study_of
+from conrod.studies.frame.case import QUANTITIES, Measurement, identity_digest, pursue
+from conrod.studies.frame.result import AS_ASKED, presets_study, refinement_path, run_refinement_path
 from conrod.studies.frame.run import RunCase
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
 from conrod.studies.validation.plan import Plan
@@ -50,9 +50,9 @@ def result(found: Mapping[str, float | None], /, **facts: Any) -> ValidationResu
 
 @pytest.mark.parametrize("error", [math.nan, math.inf, 2.0 * ALLOWED, float(np.nextafter(ALLOWED, 1.0)), None])
 def test_an_error_that_is_not_within_is_out_of_tolerance(error: float | None) -> None:
-    found = result({"position": error}).judged()
+    found = result({"position": error}).with_verdict()
     assert found.passed is False
-    ((name, (size, allowed)),) = found.exceeded().items()
+    ((name, (size, allowed)),) = found.out_of_tolerance().items()
     assert (name, allowed) == ("position", ALLOWED)
     assert repr(size) == repr(error)
 
@@ -69,7 +69,7 @@ def test_what_is_no_number_is_not_passed_over_beside_a_smaller_error() -> None:
         **by, motion="free", exact=ExactSummary(0.0, "", 1.0, ""), step=1.0, seconds=1.0, leaving=1.0,
         errors=dict(zip("ab", sizes, strict=True)), tolerance={"position": ALLOWED},
     )  # fmt: skip
-    assert [one.judged().passed for one in (forces, motion)] == [False, False]
+    assert [one.with_verdict().passed for one in (forces, motion)] == [False, False]
     kept = Measurement("completed", errors={n: {"position": s} for n, s in zip("ab", sizes, strict=True)})
     assert math.isnan(kept.largest("position") or 0.0)
 
@@ -78,13 +78,13 @@ def test_a_verdict_that_notices_nothing_is_none_but_for_one_who_asks_for_other_t
     for smallest, passed in ((None, False), (1e-9, True)):
         seen = Noticed("longer rod", "m", "rod", 1e-3, (), smallest)
         found = result({"position": WITHIN}, qualified=Qualified((seen,), ()))
-        assert found.judged().passed is passed
-        assert found.judged({"position": ALLOWED}).passed is True
+        assert found.with_verdict().passed is passed
+        assert found.with_verdict({"position": ALLOWED}).passed is True
 
 
 @pytest.mark.parametrize("error", [0.0, WITHIN, ALLOWED])
 def test_an_error_up_to_what_is_allowed_is_within(error: float) -> None:
-    assert result({"position": error}).judged().passed is True
+    assert result({"position": error}).with_verdict().passed is True
 
 
 def test_the_worst_point_decides_and_one_that_is_no_number_is_the_worst() -> None:
@@ -93,24 +93,24 @@ def test_the_worst_point_decides_and_one_that_is_no_number_is_the_worst() -> Non
         wrong = dict.fromkeys(("max", "rms", "final"), bad)
         for first, second in ((size, wrong), (wrong, size)):
             errors = {"A": {"position": first}, "B": {"position": second}}
-            assert result({}, errors=errors).judged().passed is False
+            assert result({}, errors=errors).with_verdict().passed is False
 
 
 def test_each_quantity_is_held_to_its_own_tolerance() -> None:
     allowed = {"position": 1.0, "velocity": 2.0, "acceleration": 3.0, "total": 4.0}
     for name, most in allowed.items():
         errors: dict[str, float | None] = {**allowed, name: 1.01 * most}
-        found = result(errors, tolerance=Tolerance(**allowed)).judged()
-        assert (found.passed, list(found.exceeded())) == (False, [name])
+        found = result(errors, tolerance=Tolerance(**allowed)).with_verdict()
+        assert (found.passed, list(found.out_of_tolerance())) == (False, [name])
     sizes = {"A": {"velocity": {"max": 9.0, "rms": 0.5, "final": 9.0}}}
     for bound, passed in ((0.6, True), (0.4, False)):
-        assert result({}, errors=sizes, tolerance=Tolerance(velocity_rms=bound)).judged().passed is passed
+        assert result({}, errors=sizes, tolerance=Tolerance(velocity_rms=bound)).with_verdict().passed is passed
     sizes = {"A": {"position": {"max": 9.0, "rms": 0.5, "final": 0.5}}}
-    assert result({}, errors=sizes, tolerance=Tolerance(position=0.6)).judged().passed is False
+    assert result({}, errors=sizes, tolerance=Tolerance(position=0.6)).with_verdict().passed is False
     phase = {"max": 0.5, "final": 0.0}
     for bound, passed in ((0.6, True), (0.4, False)):
-        assert result({}, phase=phase, tolerance=Tolerance(phase=bound)).judged().passed is passed
-    assert result({}, tolerance=Tolerance(phase=0.4)).judged().passed is False
+        assert result({}, phase=phase, tolerance=Tolerance(phase=bound)).with_verdict().passed is passed
+    assert result({}, tolerance=Tolerance(phase=0.4)).with_verdict().passed is False
 
 
 @pytest.mark.parametrize("outcome", [one for one in Outcome if one is not Outcome.COMPLETED])
@@ -118,19 +118,19 @@ def test_a_run_that_failed_never_passes_whatever_its_errors(outcome: Outcome) ->
     found = result({"position": WITHIN}, outcome=outcome.slug)
     # What an engine cannot do is not held against it.
     expected = None if outcome is Outcome.UNSUPPORTED else False
-    assert found.judged().passed is expected
-    assert found.judged({"position": 1.0}).passed is expected
+    assert found.with_verdict().passed is expected
+    assert found.with_verdict({"position": 1.0}).passed is expected
 
 
 def test_where_nothing_is_judged_there_is_no_verdict() -> None:
-    assert result({"position": math.nan}, tolerance=Tolerance()).judged().passed is None
+    assert result({"position": math.nan}, tolerance=Tolerance()).with_verdict().passed is None
 
 
 def test_tolerances_that_are_asked_for_take_the_place_of_all_others() -> None:
     found = result({"position": WITHIN, "velocity": 1.0}, tolerance=Tolerance(position=1e-9, velocity=1e-9))
-    asked = found.judged({"position": ALLOWED})
+    asked = found.with_verdict({"position": ALLOWED})
     assert (asked.passed, asked.limits, asked.tolerance.reason) == (True, {"position": ALLOWED}, AS_ASKED)
-    assert found.judged({"position": 1e-8}).passed is False
+    assert found.with_verdict({"position": 1e-8}).passed is False
 
 
 def validation(preset: str | None, tolerance: dict[str, float] | None = None) -> ValidationCase:
@@ -150,7 +150,7 @@ def forces(preset: str, tolerance: dict[str, float] | None = None) -> ForceCase:
     ],
 )  # fmt: skip
 def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(case: Any, passed: bool | None) -> None:
-    found = case.ended(Outcome.CRASHED, "signal 11")
+    found = case.failed_result(Outcome.CRASHED, "signal 11")
     assert (found.scene, found.outcome, found.reason, found.passed) == ("saw", "crashed", "signal 11", passed)
     assert case.effort == 100
 
@@ -158,7 +158,7 @@ def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(c
 def test_a_study_asks_once_for_each_scene_engine_and_preset_and_finds_them_by_scene() -> None:
     scenes, engines = {"one": SAW, "two": SCENES["saw-500rpm"]}, [engine_named("mujoco"), engine_named("pymunk")]
     presets, plan = {"mujoco": ("tuned", "stock"), "pymunk": ("stock",)}, Plan(40, 1.0)
-    study = study_of(ValidationCase, scenes, engines, presets, plan)
+    study = presets_study(ValidationCase, scenes, engines, presets, plan)
     cases: Any = next(study)
     each = [("mujoco", "tuned"), ("mujoco", "stock"), ("pymunk", "stock")]
     assert [(c.name, c.engine, c.preset) for c in cases] == [(name, *one) for name in scenes for one in each]
@@ -195,7 +195,7 @@ def test_kinematic_mode_on_the_other_branch_fails_though_every_point_is_right() 
     right, other = (validate_kinematic("saw", SAW, OnBranch(branch)) for branch in (False, True))
     assert (right.outcome, right.passed) == ("completed", True)
     assert (other.outcome, other.passed) == ("flipped", False)
-    assert other.exceeded() == {}
+    assert other.out_of_tolerance() == {}
     assert "on the other branch at 0.0 deg" in other.reason
 
 
@@ -277,7 +277,7 @@ def test_an_identity_names_all_that_determines_a_run() -> None:
         "revolutions": 3.0, "start_angle": 0.5, "signed_angles": 8,
     }  # fmt: skip
     assert case.labels == {"label": "tuned"}
-    assert key_of("") == "e3b0c44298fc1c149afbf4c8996fb924"  # SHA-256, half of it
+    assert identity_digest("") == "e3b0c44298fc1c149afbf4c8996fb924"  # SHA-256, half of it
     assert replace(case, settings=replace(settings, preset="custom")).labels == {}
 
 
@@ -295,9 +295,9 @@ def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
     measurement = KEPT.perform()
     found = KEPT.result(measurement)
     assert replace(found, curves=None, poses=None) == replace(KEPT.run(), curves=None, poses=None)
-    assert measurement.beside["passed"] is found.passed
+    assert measurement.payload["passed"] is found.passed
     sizes = {q: {m: found.largest(q, m) for m in ("max", "rms", "final")} for q in (*QUANTITIES, "total")}
-    assert measurement.beside["sizes"] == sizes
+    assert measurement.payload["sizes"] == sizes
     for name in ("outcome", "reason", "phase", "closure", "drive", "prediction"):
         assert getattr(measurement, name) == getattr(found, name) is not None
     failing = replace(KEPT, scene=SCENES["saw-500rpm"], preset="stock", plan=Plan(20, 1.0))
@@ -316,16 +316,16 @@ def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
 
 def test_a_measurement_of_another_form_is_not_understood() -> None:
     measurement = KEPT.perform()
-    assert KEPT.understands(measurement) is True
-    assert KEPT.understands(Measurement("crashed")) is True
-    broken = {"outcome": "gone"}, {"beside": {}}, {"beside": {**measurement.beside, "result": {"scene": 1}}}
+    assert KEPT.can_read(measurement) is True
+    assert KEPT.can_read(Measurement("crashed")) is True
+    broken = {"outcome": "gone"}, {"payload": {}}, {"payload": {**measurement.payload, "result": {"scene": 1}}}
     for change in broken:
-        assert KEPT.understands(replace(measurement, **change)) is False
+        assert KEPT.can_read(replace(measurement, **change)) is False
 
 
 def test_a_refinement_runs_all_steps_over_one_stretch_and_the_judged_run_not_again() -> None:
     def refined(scene: Any, steps: int) -> list[Any]:
-        return list(refine(scene, steps, 2.0, "judged", lambda *run: run))
+        return list(run_refinement_path(scene, steps, 2.0, "judged", lambda *run: run))
 
     assert refinement_path(SAW, 6) == (2, 3, 6)  # no two alike, none shorter than two steps
     assert refinement_path(SCENES["cam-follower"], 160) == (10, 20, 40, 80)

@@ -21,7 +21,7 @@ from conrod.report.folder import UNFINISHED, ReportFolder
 from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction
 from conrod.report.writer import render_again, report_batch
-from conrod.studies.frame.writing import LEFT_BEHIND, Batch, single, write_together
+from conrod.studies.frame.writing import ABANDONED_AGE, Batch, single_file, write_together
 from tests.report.test_frame import COMMAND, contents, study, write
 
 # Writes batches again and again, killed before its first step, its second, and so on; a step is whatever Python reports
@@ -84,7 +84,9 @@ def test_a_kill_at_any_step_leaves_each_file_old_or_new(tmp_path: Path) -> None:
     del new["report/obsolete"]
     found = [
         named(root)
-        for _ in states_of_killed_writers([batch, single(root / "beside/all.json", "new")], root, tmp_path / "aside")
+        for _ in states_of_killed_writers(
+            [batch, single_file(root / "beside/all.json", "new")], root, tmp_path / "aside"
+        )
     ]
     assert found[0] == old
     assert found[-1] == new
@@ -171,18 +173,18 @@ def test_only_old_temporary_files_are_removed(tmp_path: Path) -> None:
     names = [".conrod-" + letter * 16 for letter in "abc"] + [".conrod-notes", ".conrod-" + "d" * 16 + ".md"]
     for name in names:
         (tmp_path / name).write_text("left")
-        os.utime(tmp_path / name, (time.time() - 2 * LEFT_BEHIND,) * 2)
+        os.utime(tmp_path / name, (time.time() - 2 * ABANDONED_AGE,) * 2)
     os.utime(tmp_path / names[1])
     (tmp_path / names[2]).unlink()
     (tmp_path / names[2]).mkdir()
-    write_together([single(tmp_path / "a", "text")])
+    write_together([single_file(tmp_path / "a", "text")])
     assert {file.name for file in tmp_path.iterdir()} == {"a", *names[1:]}
 
 
 def test_a_private_file_stays_private(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("old")
     (tmp_path / "a").chmod(0o600)
-    write_together([single(tmp_path / "a", "new"), single(tmp_path / "b", "new")])
+    write_together([single_file(tmp_path / "a", "new"), single_file(tmp_path / "b", "new")])
     assert (tmp_path / "a").stat().st_mode & 0o777 == 0o600
     (tmp_path / "c").touch()
     assert (tmp_path / "b").stat().st_mode == (tmp_path / "c").stat().st_mode

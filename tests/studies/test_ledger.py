@@ -36,7 +36,7 @@ STOPPED = Measurement("timed-out", "no result after 3 s")
 
 
 def test_a_measurement_comes_back_to_the_last_bit_with_numbers_that_json_has_not(ledger: Ledger, path: Path) -> None:
-    odd = Measurement("completed", phase={"max": math.nan, "final": math.inf}, beside={"none": None, "tiny": 5e-324})
+    odd = Measurement("completed", phase={"max": math.nan, "final": math.inf}, payload={"none": None, "tiny": 5e-324})
     for cell, kept in zip(CELLS, (MEASURED, odd), strict=False):
         ledger.keep(cell, kept)
     ledger.close()
@@ -46,9 +46,9 @@ def test_a_measurement_comes_back_to_the_last_bit_with_numbers_that_json_has_not
 
 def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(ledger: Ledger) -> None:
     ledger.keep(CELLS[0], STOPPED, limit=3.0)
-    assert ledger.stopped(KEYS) == {KEYS[0]: ("timed-out", 3.0)}
+    assert ledger.stops_at_limits(KEYS) == {KEYS[0]: ("timed-out", 3.0)}
     ledger.keep(CELLS[0], MEASURED)
-    assert ledger.stopped(KEYS) == {}
+    assert ledger.stops_at_limits(KEYS) == {}
     ledger.keep(CELLS[0], STOPPED, limit=3.0)
     assert ledger.measurements(KEYS).get(KEYS[0]) == MEASURED
     ledger.keep(CELLS[0], STOPPED, limit=3.0, replace=True)
@@ -68,7 +68,7 @@ def test_what_was_kept_outlives_a_process_killed_in_the_middle_of_the_next_write
     # That two write one ledger at once is in test_execution.py.
     assert isinstance(isolated(keep_and_die, path), Ended)
     with Ledger.open(path) as ledger:
-        assert ledger.finished(KEYS) == set(KEYS[:30])
+        assert ledger.finished_keys(KEYS) == set(KEYS[:30])
 
 
 def another_programs(path: Path) -> None:
@@ -116,12 +116,12 @@ def test_a_ledger_locked_for_too_long_is_said_to_be(ledger: Ledger, path: Path) 
     ledger.keep(CELLS[0], MEASURED)
     with Ledger.open(path, patience=0.2) as other:
         ledger._connection.execute("BEGIN IMMEDIATE")
-        assert other.finished(KEYS) == {KEYS[0]}  # readers do not wait
+        assert other.finished_keys(KEYS) == {KEYS[0]}  # readers do not wait
         with pytest.raises(InvalidInput, match="is locked"):
             other.keep(CELLS[1], MEASURED)
         ledger._connection.execute("ROLLBACK")
         other.keep(CELLS[1], MEASURED)
-        assert ledger.finished(KEYS) == set(KEYS[:2])
+        assert ledger.finished_keys(KEYS) == set(KEYS[:2])
 
 
 def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> None:
@@ -133,7 +133,7 @@ def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> No
             ledger.keep(c, MEASURED)
             kept.append(c.key)
     assert kept
-    assert ledger.finished(KEYS) == set(kept)
+    assert ledger.finished_keys(KEYS) == set(kept)
 
 
 def test_an_error_of_conrod_itself_is_not_dressed_as_one_of_the_file(ledger: Ledger) -> None:
@@ -263,7 +263,7 @@ def test_a_row_that_unpacks_without_end_counts_as_damaged(
 ) -> None:
     path = tmp_path / "ledger.sqlite"
     shutil.copy(whole, path)
-    monkeypatch.setattr("conrod.studies.frame.ledger.LARGEST", 1 << 20)
+    monkeypatch.setattr("conrod.studies.frame.ledger.MAX_MEASUREMENT_BYTES", 1 << 20)
     with closing(sqlite3.connect(path)) as raw, raw:
         bomb = zlib.compress(b'{"outcome": "' + b"0" * (1 << 21))
         raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (bomb, KEYS[0]))

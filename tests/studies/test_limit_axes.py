@@ -186,9 +186,9 @@ def test_single_precision_is_seen_in_every_state_and_in_the_error(engine: str, p
     double, single = (run("rounding", case, value).largest("position") for value in (0.0, 1.0))
     assert single > (100.0 if engine == "mujoco" else 1.0) * double
     turns = [
-        run_in_one_piece(case.made_by, SAW, AXES["rounding"].case(case, value).settings, 0.1).bodies.position.poses[
-            1:, 2
-        ]
+        run_in_one_piece(
+            case.loaded_engine, SAW, AXES["rounding"].case(case, value).settings, 0.1
+        ).bodies.position.poses[1:, 2]
         for value in (0.0, 1.0)
     ]
     assert [np.array_equal(turn, turn.astype(np.float32)) for turn in turns] == [False, True]
@@ -211,7 +211,7 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
     """The tracks of a redeclared machine are its own: seen in the scene's order they are another machine's."""
     case = case_of(SAW, engine, preset)
     cell = AXES["declaration"].case(case, AXES["declaration"].values(case)[-1])
-    trajectory = run_in_one_piece(case.made_by, cell.machine, cell.settings, 0.05)
+    trajectory = run_in_one_piece(case.loaded_engine, cell.machine, cell.settings, 0.05)
     start = trajectory.bodies.position.poses[0].reshape(-1, 3)
     np.testing.assert_allclose(start[::-1].ravel(), SAW.kinematics.start[0], atol=1e-12)
     assert compare(trajectory, cell.machine).closure.position < 1e-2

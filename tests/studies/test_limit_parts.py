@@ -69,10 +69,10 @@ def test_fewest_steps_leave_a_pass_as_many_samples_as_a_turn_needs() -> None:
     setting = one_pass()
     span = setting.mechanism.driver.span
     assert span is not None
-    from conrod.studies.frame.run import LEAST_STEPS
+    from conrod.studies.frame.run import MIN_PASS_STEPS
 
     share = (span[1] - span[0]) / (2.0 * math.pi)
-    assert LEAST_STEPS <= setting.fewest_steps * share < LEAST_STEPS + share
+    assert MIN_PASS_STEPS <= setting.fewest_steps * share < MIN_PASS_STEPS + share
     assert setup().fewest_steps == 2
 
 

@@ -18,7 +18,7 @@ from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame import run as measuring
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.prediction import predicted_errors
-from conrod.studies.frame.run import RunCase, as_run, measure, not_run
+from conrod.studies.frame.run import RunCase, clamp_to_span, measure, unsupported_measurement
 from conrod.studies.validation.plan import POSES, Plan, validate_dynamic
 
 SAW: Any = SCENES["saw-40rpm"]
@@ -44,7 +44,7 @@ def size(values: Array, scene: Any, point: str, order: int) -> float:
 def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
     engine: str, predicted_per_turn: int, stride: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(measuring, "PREDICTED_PER_TURN", predicted_per_turn)
+    monkeypatch.setattr(measuring, "PREDICTED_SAMPLES_PER_TURN", predicted_per_turn)
     case = case_of(SAW, engine, revolutions=1.5, start_angle=0.3, signed_angles=ANGLES)
     found, made = case.perform(), run_again(case)
     expected = compare(made, SAW)
@@ -78,7 +78,7 @@ def interpolated(made: Trajectory, scene: Any, point: str, quantity: str, times:
 def test_signed_errors_are_those_at_equal_angles_of_the_last_turn_or_of_the_middles_of_the_pass(
     scene: Any, engine: str
 ) -> None:
-    case = as_run(case_of(scene, engine, revolutions=2.0, start_angle=0.3, signed_angles=ANGLES))
+    case = clamp_to_span(case_of(scene, engine, revolutions=2.0, start_angle=0.3, signed_angles=ANGLES))
     found, made = measure(case), run_again(case)
     span = scene.kinematics.mechanism.driver.span
     if span is None:
@@ -90,19 +90,19 @@ def test_signed_errors_are_those_at_equal_angles_of_the_last_turn_or_of_the_midd
         for k, quantity in enumerate(QUANTITIES):
             expected = interpolated(made, scene, point, quantity, angles / scene.speed)
             expected = expected / (scene.lengths[point] * abs(scene.speed) ** k)
-            np.testing.assert_allclose(found.signed_of(point, quantity), expected, rtol=1e-9, atol=1e-15)
+            np.testing.assert_allclose(found.signed_errors(point, quantity), expected, rtol=1e-9, atol=1e-15)
     whole = Measurement("completed", signed={"C": {"position": [[0, 1]]}})  # as JSON may have it
-    assert whole.signed_of("C", "position").dtype == np.float64
+    assert whole.signed_errors("C", "position").dtype == np.float64
     with pytest.raises(ValueError, match="'exploded' has no errors"):
-        Measurement("exploded").signed_of("C", "position")
+        Measurement("exploded").signed_errors("C", "position")
 
 
 def test_a_pass_of_two_steps_is_not_run_and_one_of_three_is() -> None:
-    cases = (as_run(case_of(GENEVA, "pymunk", n)) for n in range(2, 40))
-    fewest = next(case for case in cases if not_run(case, GENEVA) is None)
+    cases = (clamp_to_span(case_of(GENEVA, "pymunk", n)) for n in range(2, 40))
+    fewest = next(case for case in cases if unsupported_measurement(case, GENEVA) is None)
     steps = fewest.settings.steps_per_revolution
     assert round(fewest.revolutions * steps) == 3
-    assert not_run(case_of(SAW, "pymunk", 2), SAW) is None
+    assert unsupported_measurement(case_of(SAW, "pymunk", 2), SAW) is None
     found = measure(case_of(GENEVA, "pymunk", steps - 1))
     assert (found.outcome, found.errors) == ("unsupported", None)
     assert "are needed" in found.reason

@@ -30,7 +30,7 @@ from conrod.studies.forces.study import ForcePlan, validate_forces
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.prediction import Prediction, reference_misfit
 from conrod.studies.frame.result import contradictions, misfit_words
-from conrod.studies.frame.run import LEAST_STEPS
+from conrod.studies.frame.run import MIN_PASS_STEPS
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.study import validate_kinematic
 
@@ -59,7 +59,7 @@ def judged(scene: Any, engine: str = "mujoco", preset: str = "tuned", steps: int
 def test_healthy_runs_are_trusted_however_far_off_they_are(name: str, engine: str, preset: str, steps: int) -> None:
     scene, made = scene_named(name), engine_named(engine)
     start, turns = run_extent(scene, steps, 1.0)
-    if round(steps * turns) < LEAST_STEPS:
+    if round(steps * turns) < MIN_PASS_STEPS:
         pytest.skip("the one pass of the machine has no room for so long a step")
     found = Prediction(scene)
     run_with_recorders(made, scene, made.presets[preset](scene, steps), turns, start, found)

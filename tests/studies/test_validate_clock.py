@@ -39,12 +39,12 @@ def test_an_engine_passes_by_its_own_law_and_fails_by_its_clock_alone(step_error
     found = validated(LawfulEngine(step_error, late), "sharp")
     assert found.completed
     assert found.passed is (off == 0.0)
-    assert set(found.exceeded()) == (CLOCK if off else set())
+    assert set(found.out_of_tolerance()) == (CLOCK if off else set())
     assert (found.phase or {})["max"] == pytest.approx(off, rel=1e-6, abs=1e-12)
     # At the angle reached there is nothing to be seen of it.
-    assert replace(found, tolerance=replace(found.tolerance, phase=None, total=None)).judged().passed
+    assert replace(found, tolerance=replace(found.tolerance, phase=None, total=None)).with_verdict().passed
     # A user may ask for a phase.
-    assert [found.judged({"phase": size}).passed for size in (1.1 * off + 1e-12, 0.9 * off)] == [True, off == 0.0]
+    assert [found.with_verdict({"phase": size}).passed for size in (1.1 * off + 1e-12, 0.9 * off)] == [True, off == 0.0]
 
 
 def test_what_the_clock_may_do_to_a_point_is_allowed_and_no_more() -> None:
@@ -100,7 +100,7 @@ def test_an_engine_that_ships_fails_with_a_wrong_clock_and_passes_with_its_own(
     assert found.passed is False
     # pymunk's crank angle is written at every step, and drifts no further than one step's share.
     shown = CLOCK if fault.startswith("mujoco") or fault.endswith("late stamps") else {"phase"}
-    assert shown <= set(found.exceeded())
+    assert shown <= set(found.out_of_tolerance())
 
 
 @pytest.mark.parametrize("scene", ["geneva", "web-cutter", "press-cutting", "cam-3-4-5"])
@@ -110,4 +110,4 @@ def test_no_shipped_engine_leaves_the_law_of_its_clock(scene: str, engine: str) 
     machine, made = scene_named(scene), engine_named(engine)
     found = validate_dynamic(scene, machine, made, "tuned", Plan(1000, 1.0))
     assert (found.tolerance.phase is None) == (found.tolerance.position is None)
-    assert not CLOCK & set(found.exceeded())
+    assert not CLOCK & set(found.out_of_tolerance())

@@ -38,7 +38,7 @@ def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Measu
     """A run whose signed errors are all `off`, with a digest for each state and output."""
     named = {name.replace("_", " "): text for name, text in bits.items()}
     if outcome != "completed":
-        return Measurement(outcome, "planted", beside={"bits": named})
+        return Measurement(outcome, "planted", payload={"bits": named})
     signed = {"C": {quantity: [[off, 0.0]] for quantity in QUANTITIES}}
     return completed(abs(off), signed=signed, beside={"bits": named})
 

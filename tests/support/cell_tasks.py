@@ -258,7 +258,7 @@ def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor:
     assert table == ledger.measurements(table)
     limits = {7: ("timed-out", TIMEOUT), 11: ("out-of-memory", float(MEMORY))}
     stopped = {cell.key: limits.get(number(cell) % 20) for cell in cells(count)}
-    assert ledger.stopped(table) == {key: limit for key, limit in stopped.items() if limit}
+    assert ledger.stops_at_limits(table) == {key: limit for key, limit in stopped.items() if limit}
 
 
 def hoard_but(megabytes: int) -> None:

@@ -15,7 +15,7 @@ from conrod.studies.frame.case import Case, Measurement, pursue
 from conrod.studies.frame.resolve_arguments import (
     Engines,
     Scenes,
-    check_table,
+    check_sample_count,
     choose_engines,
     engine_names_given,
     scenes_by_name,
@@ -48,7 +48,7 @@ def ablate(
     unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, MissingCapability)}
     if steps_per_rev is not None:
         for name in chosen:
-            check_table(name, steps_per_rev, round(REVOLUTIONS))
+            check_sample_count(name, steps_per_rev, round(REVOLUTIONS))
     check_count("--rounds", rounds, MIN_ROUNDS, MAX_ROUNDS)
     taken = [one for one in able if one.name not in unsupported]
     studies = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in taken]

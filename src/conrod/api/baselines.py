@@ -19,10 +19,10 @@ from conrod.runs.plain_values import plain_values
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 from conrod.studies.frame import baseline
-from conrod.studies.frame.baseline import ORDER, Baseline, BaselineComparison, Line, Number
-from conrod.studies.frame.case import QUANTITIES, key_of
+from conrod.studies.frame.baseline import ORDER_PREFIX, BandedNumber, Baseline, BaselineComparison, BaselineLine
+from conrod.studies.frame.case import QUANTITIES, identity_digest
 from conrod.studies.frame.files import check_writable_folder
-from conrod.studies.frame.resolve_arguments import TOLERANCES
+from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES
 from conrod.studies.frame.result import Result, SceneResults
 
 
@@ -62,13 +62,15 @@ class BaselineCheck:
         given = {name: value for name, value in words.items() if not (value is None or value in ((), ""))}
         of = {"scene": list(scenes), **given}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
-        digest = key_of(canonical_json(plain_values([of, [[one.kind, one.identity()] for one in scenes.values()]])))
+        digest = identity_digest(
+            canonical_json(plain_values([of, [[one.kind, one.identity()] for one in scenes.values()]]))
+        )
         now = Baseline(of, digest, {"conrod": version("conrod"), **environment()}, {})
-        before = baseline.read(file) if os.path.lexists(file) else None
+        before = baseline.read_baseline(file) if os.path.lexists(file) else None
         if before is None or accept:
             check_writable_folder(file.parent)
         else:
-            baseline.check_same(file, before, now)
+            baseline.check_same_request(file, before, now)
         return cls(file, accept, scenes, before, now)
 
     def compare(
@@ -82,20 +84,20 @@ class BaselineCheck:
         """
         now, drift = replace(self.now, results=_lines_of(found)), None
         if self.before is not None and self.before.hash == now.hash:
-            drift = baseline.compared(self.file, self.before, now)
+            drift = baseline.compare_baselines(self.file, self.before, now)
         if drift is not None and (not self.accept or drift == BaselineComparison(self.file)):
             return replace(drift, accepted=self.accept)
         others = [
             {name: one.with_parameters(speed=one.speed * factor) for name, one in self.scenes.items()}
-            for factor in baseline.FACTORS
+            for factor in baseline.SPEED_FACTORS
         ]
         like = {AS_GIVEN: OWN} if OWN in now.results else {}
         again = [_lines_of(one) for one in find(others)]
-        baseline.write(self.file, baseline.banded(now, again, like))
+        baseline.write_baseline(self.file, baseline.with_bands(now, again, like))
         return replace(drift or BaselineComparison(self.file), written=True, accepted=self.accept)
 
 
-def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
+def _lines_of(found: Sequence[Any]) -> dict[str, BaselineLine]:
     """The lines of studies of scenes, or of the one of a model or a table."""
     study = found[0]
     if isinstance(study, SceneResults):
@@ -110,15 +112,17 @@ def _lines_of(found: Sequence[Any]) -> dict[str, Line]:
     return {"paths": paths} | {run.label: _run(study, run) for run in runs}
 
 
-def _result(result: Result) -> Line:
+def _result(result: Result) -> BaselineLine:
     orders = result.order or {}
     # Whatever may be judged: tolerances may be others the next time.
-    names = [*orders, *(TOLERANCES if result.preset else QUANTITIES)] if result.completed else []
-    sizes = {name: result.judged_error(name) for name in names} | {f"{ORDER}{name}": orders[name] for name in orders}
+    names = [*orders, *(TOLERANCE_NAMES if result.preset else QUANTITIES)] if result.completed else []
+    sizes = {name: result.judged_error(name) for name in names} | {
+        f"{ORDER_PREFIX}{name}": orders[name] for name in orders
+    }
     return _line(result.outcome, result.passed, sizes, getattr(result, "settings", None))
 
 
-def _run(study: ModelStudy, run: JudgedRun) -> Line:
+def _run(study: ModelStudy, run: JudgedRun) -> BaselineLine:
     passed = not study.exceeded(run) if run in study.judged else None
     sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
     return _line(run.outcome.slug, passed, sizes)
@@ -129,6 +133,8 @@ def _line(
     passed: bool | None,
     sizes: Mapping[str, float | None],
     settings: Mapping[str, Any] | None = None,
-) -> Line:
-    numbers = {name: Number(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)}
-    return Line(outcome, passed, numbers, {k: v for k, v in (settings or {}).items() if k != "preset"})
+) -> BaselineLine:
+    numbers = {
+        name: BandedNumber(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)
+    }
+    return BaselineLine(outcome, passed, numbers, {k: v for k, v in (settings or {}).items() if k != "preset"})

@@ -31,7 +31,13 @@ from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
 from conrod.studies.execution.local import confined
 from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
-from conrod.studies.frame.resolve_arguments import REVOLUTIONS, TOLERANCES, OneScene, check_tolerance, scene_by_name
+from conrod.studies.frame.resolve_arguments import (
+    REVOLUTIONS_RANGE,
+    TOLERANCE_NAMES,
+    OneScene,
+    check_tolerance,
+    scene_by_name,
+)
 
 STEPS = 1000  # a revolution, of an FMU
 READING_TIMEOUT = 300.0  # [s]; a table of the most rows that are kept is read in a tenth of it
@@ -140,7 +146,7 @@ def check_model(
     """
     with file_of_model(model) as (path, shown):
         check_readable(path)
-        check_count("--revolutions", revolutions, *REVOLUTIONS)
+        check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
         name, machine = scene_by_name(scene)
         points = as_mapping("points", points, "{'C': 'site:tip'}")
         question = question_on_model(machine, crank, points, keyframe, controls or {})
@@ -238,7 +244,7 @@ def check_table(
             reading = confined(read_table, path, points, wanted, timeout=READING_TIMEOUT)
             return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
 
-        allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
+        allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)
         check_estimated(estimate)
         words: dict[str, Any] = {"column": _texts(columns), "unit": units, "estimate": ",".join(estimate)}
         given = {"columns": columns, "units": units, "estimate": estimate, "tolerance": tolerance}
@@ -275,11 +281,11 @@ def check_fmu(
     """
     path = Path(fmu)
     check_readable(path)
-    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
     name, machine = scene_by_name(scene)
     units, estimate = as_names(units), as_names(estimate)
     wanted = request(columns or {}, units, tuple(machine.lengths))
-    allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCES)
+    allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)
 
     def judge(one: Scene) -> TableStudy:
         from conrod.own.fmu import run_fmu

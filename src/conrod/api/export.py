@@ -7,7 +7,7 @@ import warnings
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count
 from conrod.scenes.space import MACHINES
-from conrod.studies.frame.resolve_arguments import STEPS, OneScene, check_table, scene_by_name
+from conrod.studies.frame.resolve_arguments import STEPS_RANGE, OneScene, check_sample_count, scene_by_name
 
 FORMATS = ("mjcf", "csv", "fmu")
 CSV_SAMPLES = 360  # a revolution
@@ -53,7 +53,7 @@ def export(
         from conrod.engines.mujoco.standalone import standalone_mjcf
 
         if steps_per_rev is not None:
-            check_count("--steps-per-rev", steps_per_rev, *STEPS)
+            check_count("--steps-per-rev", steps_per_rev, *STEPS_RANGE)
         return standalone_mjcf(name, chosen, steps_per_rev)
     from conrod.report.fmu import fmu
 
@@ -71,5 +71,5 @@ def samples_of(name: str, steps_per_rev: int | None, revolutions: int | None, us
     """
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
     turns = usual if revolutions is None else revolutions
-    check_table(name, samples, turns)
+    check_sample_count(name, samples, turns)
     return samples, turns

@@ -24,7 +24,7 @@ from conrod.studies.frame.resolve_arguments import (
     scenes_by_name,
     select_presets,
 )
-from conrod.studies.frame.result import study_of
+from conrod.studies.frame.result import presets_study
 
 REVOLUTIONS = 2
 
@@ -75,7 +75,7 @@ def forces(
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[Sequence[ForceStudy]]:
         with Runner.of(runs) as runner:
-            return runner.pursue([study_of(ForceCase, one, able, presets, plan) for one in several])
+            return runner.pursue([presets_study(ForceCase, one, able, presets, plan) for one in several])
 
     (found,) = find([chosen])
     compared = check.compare(found, find) if check else None

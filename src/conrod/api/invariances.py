@@ -20,7 +20,7 @@ from conrod.report.findings import Findings, text_of_call
 from conrod.report.invariances import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
-from conrod.studies.frame.resolve_arguments import OneScene, is_one, scenes_by_name
+from conrod.studies.frame.resolve_arguments import OneScene, is_single_scene, scenes_by_name
 
 if TYPE_CHECKING:
     import mujoco
@@ -50,7 +50,7 @@ def invariances(
     if seconds is not None:
         check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
     inputs = controls_of(controls or {})
-    if isinstance(subjects, Mapping) or not isinstance(subjects, Sequence) or is_one(subjects):
+    if isinstance(subjects, Mapping) or not isinstance(subjects, Sequence) or is_single_scene(subjects):
         subjects = list(subjects.items()) if isinstance(subjects, Mapping) else [subjects]
     models = [one for one in subjects if is_model(one)]
     named = [one for one in subjects if not is_model(one)]

@@ -13,8 +13,8 @@ from conrod.report.validation import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.resolve_arguments import (
-    MOST_SAMPLES,
-    MOST_STREAMED,
+    MAX_KEPT_SAMPLES,
+    MAX_STREAMED_SAMPLES,
     Engines,
     Scenes,
     choose_engines,
@@ -63,7 +63,7 @@ def validate(
     runs = runs or Runs()
     chosen, able = scenes_by_name(scenes), choose_engines(engines)
     presets = select_presets(able, preset)
-    most = MOST_SAMPLES if qualify else MOST_STREAMED  # a run in which defects are planted is recorded whole
+    most = MAX_KEPT_SAMPLES if qualify else MAX_STREAMED_SAMPLES  # a run in which defects are planted is recorded whole
     plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, most)
     words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}

@@ -129,7 +129,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     from conrod.own.files import as_outputs_must_not_be
     from conrod.report.user_model import KIND
     from conrod.studies.execution.local import FILE_TIMEOUT
-    from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scene
+    from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES, select_scene
 
     path, scene = Path(name), select_scene(str(asked.scene), asked.assignments)
     scene = str(asked.scene), scene[1]
@@ -154,7 +154,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
             keyframe=asked.keyframe,
             controls=controls_in(asked.controls),
             revolutions=TURNS if asked.revolutions is None else asked.revolutions,
-            tolerance=tolerance_in(asked.tolerance, TOLERANCES),
+            tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
             refine=asked.verification is not None,
             baseline=asked.baseline,
             accept=asked.accept,
@@ -187,7 +187,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     from conrod.api.check import READING_TIMEOUT, STEPS, TURNS, check_fmu, check_table
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.trajectory import KIND, PART
-    from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scene
+    from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES, select_scene
 
     path, scene = Path(name), (str(asked.scene), select_scene(str(asked.scene), asked.assignments)[1])
     what = "an FMU" if is_fmu else "a table"
@@ -199,7 +199,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
         "columns": columns_in(asked.columns, tuple(scene[1].lengths)),
         "units": asked.units,
         "estimate": names_in(asked.estimate) or (),
-        "tolerance": tolerance_in(asked.tolerance, TOLERANCES),
+        "tolerance": tolerance_in(asked.tolerance, TOLERANCE_NAMES),
         "baseline": asked.baseline,
         "accept": asked.accept,
     }

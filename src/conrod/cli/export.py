@@ -36,8 +36,8 @@ def export(
     from conrod.scenes import Scene
     from conrod.scenes.space import MACHINES
     from conrod.studies.frame.files import file_to_write
-    from conrod.studies.frame.resolve_arguments import machine_text, select_scene
-    from conrod.studies.frame.writing import naming, single, write_together
+    from conrod.studies.frame.resolve_arguments import mechanism_file_bytes, select_scene
+    from conrod.studies.frame.writing import name_file_in_errors, single_file, write_together
 
     if kind is None:
         raise InvalidInput(f"say with --format what to write: one of {', '.join(FORMATS)}")
@@ -48,7 +48,7 @@ def export(
 
         name, chosen = select_scene(scene, assignments)
         table, place = samples_of(name, steps_per_rev, revolutions, PACK_REVOLUTIONS), pack_to_write(output)
-        write_together([pack_batch(pack_files(name, chosen, *table, machine_text(scene)), place)])
+        write_together([pack_batch(pack_files(name, chosen, *table, mechanism_file_bytes(scene)), place)])
         say(f"pack: {place}")
         return
     file = None if output is None else file_to_write(output, "-o")
@@ -61,7 +61,7 @@ def export(
         raise InvalidInput(f"{scene} is a machine in space: its model is written as it is, without options")
     content = export(of, kind, steps_per_rev=steps_per_rev, revolutions=revolutions)
     if file is not None:
-        write_together([single(file, content)])
+        write_together([single_file(file, content)])
         return
-    with naming("standard output"):
+    with name_file_in_errors("standard output"):
         say(str(content), nl=False)

@@ -21,7 +21,7 @@ from conrod.report.table import Cell, ColouredCell, Verbatim, table
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.writing import single, write_together
+from conrod.studies.frame.writing import single_file, write_together
 
 BINARY = ".mjb"
 SECONDS = 1.0
@@ -85,7 +85,9 @@ def harden(model: str, asked: HardenOptions) -> None:
         )
     print_parts(hardening_to_print(found, files.get("-o")))
     contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}
-    write_together([single(file, text) for option, file in files.items() if (text := contents[option]) is not None])
+    write_together(
+        [single_file(file, text) for option, file in files.items() if (text := contents[option]) is not None]
+    )
     if found.refusals:
         sys.exit(FAILED)
 

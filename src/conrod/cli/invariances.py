@@ -37,7 +37,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     from conrod.own.files import as_outputs_must_not_be, check_readable
     from conrod.report.invariances import KIND
     from conrod.studies.execution.local import FILE_TIMEOUT
-    from conrod.studies.frame.resolve_arguments import select_scenes, typed_names
+    from conrod.studies.frame.resolve_arguments import arguments_of_files, select_scenes
 
     models = [name for name in subjects if name.lower().endswith(MODELS)]
     named, inputs = [name for name in subjects if name not in models], dict[str, Path]()
@@ -62,5 +62,5 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
             seconds=asked.seconds,
             progress=begin,
         )
-    files.answer(found, "invariances", {Path(name).stem: name for name in models} | typed_names(named))
+    files.answer(found, "invariances", {Path(name).stem: name for name in models} | arguments_of_files(named))
     exit_with_verdict(found)

@@ -18,7 +18,7 @@ from conrod.own.files import as_outputs_must_not_be, check_readable
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
-from conrod.studies.frame.writing import naming, real_path, single, write_together
+from conrod.studies.frame.writing import name_file_in_errors, real_path, single_file, write_together
 
 COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}
 
@@ -79,13 +79,13 @@ def lint(model: str, asked: LintOptions) -> None:
     if asked.form == "text":
         print_parts(report_to_print(report, files.get("--fix")))
     else:
-        with naming("standard output"):
+        with name_file_in_errors("standard output"):
             click.echo(sarif(report), nl=False)
     texts: dict[str, str | bytes] = {
         "--json": json_document(report.document()),
         "--fix": report.fixed.text if report.fixed else "",
     }
-    write_together([single(file, texts[option]) for option, file in files.items() if texts[option]])
+    write_together([single_file(file, texts[option]) for option, file in files.items() if texts[option]])
     if any(finding.severity.value in (Severity.ERROR.value, asked.fail_on) for finding in report.findings):
         sys.exit(FAILED)
 

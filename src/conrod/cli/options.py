@@ -201,9 +201,9 @@ class RunOptions:
     @property
     def ledger_file(self) -> Path:
         """The ledger that was named, or the user's own."""
-        from conrod.studies.frame.ledger import default_path
+        from conrod.studies.frame.ledger import default_ledger_path
 
-        return default_path() if self.ledger is None else Path(self.ledger)
+        return default_ledger_path() if self.ledger is None else Path(self.ledger)
 
     @contextmanager
     def runs(self) -> Iterator[Runs]:

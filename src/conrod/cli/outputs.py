@@ -58,9 +58,9 @@ class Outputs(Generic[F]):
             return
         from conrod.report.html.page import html_report
         from conrod.report.writer import document_text, report_batch
-        from conrod.studies.frame.writing import single, write_together
+        from conrod.studies.frame.writing import single_file, write_together
 
-        batches = [single(self.file, document_text(self.kind, found.parts))] if self.file else []
+        batches = [single_file(self.file, document_text(self.kind, found.parts))] if self.file else []
         place = self.folder or self.html
         if place:
             target = ("--out" if self.folder else "--html", place)
@@ -70,7 +70,7 @@ class Outputs(Generic[F]):
                 # No folder has the page's name, so that the page holds what was found now and nothing else.
                 report = report_batch(self.kind, found.parts, place, again, draw)
             batches += [report] if self.folder else []
-            batches += [single(self.html, html_report([report]))] if self.html else []
+            batches += [single_file(self.html, html_report([report]))] if self.html else []
         write_together(batches)
         if self.html:
             say(f"report: {self.html}")
@@ -142,7 +142,7 @@ def reproduction(
 ) -> Reproduction:
     """The command that makes a report again; of an option that is a tuple each value was given, without its name
     where that is empty."""
-    from conrod.studies.frame.resolve_arguments import typed_names
+    from conrod.studies.frame.resolve_arguments import arguments_of_files
 
     words = ["conrod", command, SCENE]
     for name, found in options.items():
@@ -152,4 +152,4 @@ def reproduction(
             words += [name] if name else []
             words += [] if one is True else [shlex.quote(value)]  # a flag has none
     text = " ".join([*words, target[0], shlex.quote(str(target[1]))])
-    return Reproduction(text, subjects if isinstance(subjects, Mapping) else typed_names(subjects))
+    return Reproduction(text, subjects if isinstance(subjects, Mapping) else arguments_of_files(subjects))

@@ -32,7 +32,7 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
     from conrod.report.html.page import html_report
     from conrod.report.writer import explain_unfit_findings, render_again, reports_in
     from conrod.studies.frame.files import files_to_write, folder_to_write
-    from conrod.studies.frame.writing import single, write_together
+    from conrod.studies.frame.writing import single_file, write_together
 
     folder = Path(directory)
     if not folder.is_dir():
@@ -51,7 +51,7 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
         for batch in batches:
             for place in {folder, batch.folder}:
                 check_other_file(page, place, batch.files)
-        written[page] = single(page, text)
+        written[page] = single_file(page, text)
     write_together(list({id(batch): batch for batch in written.values()}.values()))
     for file in written:
         say(f"wrote {file}")
@@ -82,24 +82,24 @@ def results(ledger: str | None, csv_file: str | None, document: str | None) -> N
     Without a file the table goes to standard output as comma-separated values.
     """
     from conrod.studies.frame.files import files_to_write
-    from conrod.studies.frame.ledger import Ledger, default_path
+    from conrod.studies.frame.ledger import Ledger, default_ledger_path
     from conrod.studies.frame.results_table import table_text
-    from conrod.studies.frame.writing import naming, single, write_together
+    from conrod.studies.frame.writing import name_file_in_errors, single_file, write_together
 
-    path = default_path() if ledger is None else Path(ledger)
+    path = default_ledger_path() if ledger is None else Path(ledger)
     files = files_to_write({"--csv": csv_file, "--json": document}, {"the ledger": path})
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         raise InvalidInput(
             f"there is no ledger {path}: `conrod validate` and the studies make one; --ledger names another"
         )
-    with Ledger.reading(path) as opened:
+    with Ledger.open_for_reading(path) as opened:
         rows = list(opened.rows())
     if opened.damaged:
         words = f"{opened.damaged} runs in {path} cannot be read and are left out; the next study makes them again"
         say(f"conrod: {words}", err=True)
-    write_together([single(file, table_text(rows, option.lstrip("-"))) for option, file in files.items()])
+    write_together([single_file(file, table_text(rows, option.lstrip("-"))) for option, file in files.items()])
     if files:
         say(f"{len(rows)} rows: {', '.join(str(file) for file in files.values())}")
     else:
-        with naming("standard output"):
+        with name_file_in_errors("standard output"):
             say(table_text(rows, "csv"), nl=False)

@@ -32,7 +32,7 @@ def show(
     from conrod.report.terminal import print_parts
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import select_scene
-    from conrod.studies.frame.writing import single, write_together
+    from conrod.studies.frame.writing import single_file, write_together
 
     if scene is None:
         if assignments or any(given is not None for given in (angle, drawing, document)):
@@ -50,9 +50,9 @@ def show(
         if "--svg" in files:
             from conrod.report.drawing.drawing import mechanism_svg
 
-            batches.append(single(files["--svg"], mechanism_svg(chosen)))
+            batches.append(single_file(files["--svg"], mechanism_svg(chosen)))
         if "--json" in files:
-            batches.append(single(files["--json"], linkage_text(name, chosen, turn, instant)))
+            batches.append(single_file(files["--json"], linkage_text(name, chosen, turn, instant)))
     print_parts(scene_found(name, chosen))
     print_parts(turn_found(chosen.kinematics, turn))
     print_parts(instant_found(instant) if instant else ())

@@ -77,7 +77,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     from conrod.report.recommendation import KIND
     from conrod.studies.frame.files import files_to_write
     from conrod.studies.frame.resolve_arguments import choose_engines, select_scene
-    from conrod.studies.frame.writing import single, write_together
+    from conrod.studies.frame.writing import single_file, write_together
     from conrod.studies.sweep.recommend import Recommendation
 
     name, chosen = select_scene(scene, asked.assignments)
@@ -99,7 +99,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
         if settings is None:
             say("conrod: no model is written: nothing qualifies", err=True)
             sys.exit(FAILED)
-        write_together([single(path, writers[settings.engine].model(name, chosen, settings))])
+        write_together([single_file(path, writers[settings.engine].model(name, chosen, settings))])
         say(f"model: {path}")
     if not found.passed:
         sys.exit(FAILED)

@@ -37,7 +37,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.validation import KIND
     from conrod.scenes.space import MACHINES, SPATIAL
-    from conrod.studies.frame.resolve_arguments import TOLERANCES, select_scenes
+    from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES, select_scenes
 
     if spatial := [name for name in scenes if name in (*MACHINES, SPATIAL)]:
         if len(spatial) < len(scenes):
@@ -63,7 +63,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
             preset=asked.preset,
             steps_per_rev=asked.steps_per_rev,
             revolutions=REVOLUTIONS if asked.revolutions is None else asked.revolutions,
-            tolerance=tolerance_in(asked.tolerance, TOLERANCES),
+            tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
             qualify=asked.qualify,
             baseline=asked.baseline,
             accept=asked.accept,

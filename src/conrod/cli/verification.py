@@ -42,7 +42,7 @@ from conrod.scenes import Scene
 from conrod.studies.execution.local import confined
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.result import SceneResults
-from conrod.studies.frame.writing import single, write_together
+from conrod.studies.frame.writing import single_file, write_together
 from conrod.studies.limits.results import LimitStudy
 
 NOT_SHOWN = ("verification", "out", "document", "html", "baseline", "accept")
@@ -102,7 +102,7 @@ class Dossier:
                 *([ChangeRecord(valid_seal(self.before) or "", report.made, changed)] if changed else []),
             )
             report = replace(report, made=report.made if changed else old.made, record=record)
-        write_together([single(self.file, sealed_page(report))])
+        write_together([single_file(self.file, sealed_page(report))])
         say(f"report: {self.file}")
 
     def _report(self, study: Any, verdict: str) -> Verification:

@@ -24,7 +24,7 @@ from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
 from conrod.runs.other_forces import LACKING, OtherForce, acting_sentences, merge_forces
-from conrod.studies.frame.paired_timing import paired_cost
+from conrod.studies.frame.paired_timing import time_stepper_pair
 
 CLOSED = 1e-12  # of the model's size
 # Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
@@ -119,7 +119,7 @@ def compared(
         "travel": None if reference.broke else _apart(reference.centres, reference.centres[0]),
         "reference_known_to": known_to,
         "acting": merge_forces(acting),
-        "cost": None if before.broke or after.broke else paired_cost(*steppers),
+        "cost": None if before.broke or after.broke else time_stepper_pair(*steppers),
     }
 
 

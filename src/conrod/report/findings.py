@@ -115,12 +115,12 @@ class Findings(Mapping[str, F], Generic[F]):
         from conrod.report.html.page import html_report
         from conrod.report.writer import report_batch
         from conrod.studies.frame.files import files_to_write, folder_to_write
-        from conrod.studies.frame.writing import single, write_together
+        from conrod.studies.frame.writing import single_file, write_together
 
         again = command or Reproduction(self.call or f"conrod {self.kind.name} {SCENE}", self.typed)
         if str(place).lower().endswith(HTML):
             file = files_to_write({"the page": str(place)})["the page"]
-            write_together([single(file, html_report([report_batch(self.kind, self.parts, file, again)]))])
+            write_together([single_file(file, html_report([report_batch(self.kind, self.parts, file, again)]))])
             return file
         folder = folder_to_write(str(place), "the folder")
         ReportFolder(folder, self.kind).check(self.parts, None, None)

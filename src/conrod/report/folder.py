@@ -20,7 +20,7 @@ from conrod.report import numbers
 from conrod.runs.plain_values import plain_values, restore
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
-from conrod.studies.frame.files import is_folder, is_no_file
+from conrod.studies.frame.files import is_folder, is_special_file
 from conrod.studies.frame.writing import real_path
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ class ReportFolder:
 
     def _read_document(self) -> dict[str, Any]:
         file = self.path / self.kind.results
-        if is_no_file(file):
+        if is_special_file(file):
             raise InvalidInput(f"cannot write into {self.path}: {self.kind.results} in it is not a regular file")
         if not file.exists():
             return {}
@@ -248,7 +248,7 @@ class ReportFolder:
                 raise InvalidInput(f"cannot write into {self.path}: {sub} in it is not a folder")
             # Names of figures are known when they are drawn; what could be one of them is no link or folder.
             there = place.iterdir() if place.exists() else ()
-            names += [f"{sub}/{file.name}" for file in there if file.name.startswith(parts) and is_no_file(file)]
+            names += [f"{sub}/{file.name}" for file in there if file.name.startswith(parts) and is_special_file(file)]
         self.check_free(names)
         for file in beside:
             if file is not None:
@@ -264,7 +264,7 @@ class ReportFolder:
         """
         owned = self.owned
         for name in names:
-            if is_no_file(self.path / name):
+            if is_special_file(self.path / name):
                 raise InvalidInput(f"cannot write into {self.path}: {name} in it is not a regular file")
             if name not in owned and (self.path / name).exists():
                 raise InvalidInput(f"cannot write into {self.path}: it holds a {name} that is not of this report")

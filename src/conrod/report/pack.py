@@ -26,8 +26,8 @@ from conrod.report.table import table
 from conrod.report.template import page
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
-from conrod.studies.frame.files import file_to_write, folder_to_write, is_folder, is_no_file
-from conrod.studies.frame.writing import Batch, single
+from conrod.studies.frame.files import file_to_write, folder_to_write, is_folder, is_special_file
+from conrod.studies.frame.writing import Batch, single_file
 
 SCHEMA = 1
 README, PARAMETERS, MECHANISM, TRAJECTORY = "README.md", "parameters.json", "mechanism.json", "trajectory.csv"
@@ -178,7 +178,7 @@ def pack_to_write(text: str | None) -> Path:
     if (folder / FIGURES).is_symlink() or ((folder / FIGURES).exists() and not is_folder(folder / FIGURES)):
         raise InvalidInput(f"cannot write into {folder}: {FIGURES} in it is not a folder")
     for name in (*PAGES, MACHINE, DRAWING):
-        if is_no_file(folder / name):
+        if is_special_file(folder / name):
             raise InvalidInput(f"cannot write into {folder}: {name} in it is not a regular file")
         if not is_own and (folder / name).exists():
             raise InvalidInput(f"cannot write into {folder}: it holds a {name} that is not of a pack")
@@ -189,7 +189,7 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
     """Return the files to write: all in the folder, or one archive."""
     if place.name.lower().endswith(ARCHIVE):
         folder = place.name[: -len(ARCHIVE)]
-        return single(place, zip_archive({f"{folder}/{name}": content for name, content in files.items()}))
+        return single_file(place, zip_archive({f"{folder}/{name}": content for name, content in files.items()}))
     meanwhile = _json_text({**json.loads(files[PARAMETERS]), UNFINISHED: True})
     return Batch(place, files, meanwhile={PARAMETERS: meanwhile})
 

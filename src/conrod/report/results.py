@@ -41,7 +41,7 @@ def verdict_words(result: Result) -> str:
         return "measured, not judged"
     if result.passed:
         return f"within tolerance{lacking_words(result)}"
-    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.exceeded()), *result.faults()])
+    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.out_of_tolerance()), *result.faults()])
 
 
 def lacking_words(result: Result) -> str:

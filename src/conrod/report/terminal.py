@@ -12,7 +12,7 @@ from rich.text import Text
 
 from conrod.crash import OutputClosed
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, Verbatim, cell_text, visible_text
-from conrod.studies.frame.writing import naming
+from conrod.studies.frame.writing import name_file_in_errors
 
 PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; a `Verbatim` line is to be copied
 
@@ -44,7 +44,7 @@ def console(*, stderr: bool = False) -> Console:
 def print_parts(parts: Iterable[PrintedPart]) -> None:
     """Print tables and lines on standard output, in their order."""
     out = console()
-    with naming("standard output"):
+    with name_file_in_errors("standard output"):
         for part in parts:
             if isinstance(part, Table):
                 print_table(out, part)

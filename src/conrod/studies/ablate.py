@@ -29,9 +29,9 @@ from conrod.studies.ablate_findings import (
     verdict,
 )
 from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study
-from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_pair
-from conrod.studies.frame.run import RunCase, as_run
-from conrod.studies.frame.timing import fingerprint
+from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_settings_pair
+from conrod.studies.frame.run import RunCase, clamp_to_span
+from conrod.studies.frame.timing import machine_fingerprint
 
 COST_VERSION = 1  # raised when what is kept of the same timing means something else than before
 
@@ -52,14 +52,14 @@ class CostCase(RunCase):
     rounds: int = field(kw_only=True, default=ROUNDS)
 
     def perform(self) -> Measurement:
-        timing = time_pair(
+        timing = time_settings_pair(
             engine_named(self.settings.engine), self.scene, self.settings, self.against, rounds=self.rounds
         )
-        return Measurement(Outcome.COMPLETED.slug, beside={"paired": plain_values(timing)})
+        return Measurement(Outcome.COMPLETED.slug, payload={"paired": plain_values(timing)})
 
-    def _read(self, measurement: Measurement) -> None:
-        if measurement.beside is not None:
-            restore(PairedTiming, measurement.beside["paired"])
+    def _check_readable(self, measurement: Measurement) -> None:
+        if measurement.payload is not None:
+            restore(PairedTiming, measurement.payload["paired"])
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         against = {key: value for key, value in self.against.as_dict().items() if key != "preset"}
@@ -101,8 +101,8 @@ def ablate_engine(
         engine=engine.name,
         version=engine.version,
         steps_per_revolution=minimal.steps_per_revolution,
-        revolutions=as_run(cases.run(minimal)).revolutions,
-        machine=fingerprint(),
+        revolutions=clamp_to_span(cases.run(minimal)).revolutions,
+        machine=machine_fingerprint(),
         ingredients=_judged(ingredients, found),
         variants=tuple(found.values()),
     )
@@ -185,7 +185,7 @@ class Cases:
     def cost(self, variant: Variant, against: Settings) -> CostCase:
         """The timing of a model over another one."""
         return CostCase(
-            self.name, self.scene, variant.settings, against=against, machine=fingerprint(), rounds=self.rounds
+            self.name, self.scene, variant.settings, against=against, machine=machine_fingerprint(), rounds=self.rounds
         )
 
     def costs(self, variants: Sequence[Variant], runs: Results) -> list[CostCase]:
@@ -226,13 +226,13 @@ def change(run: Measurement, other: Measurement) -> dict[str, float] | None:
     """
     if run.signed is None or other.signed is None:
         return None
-    off = {q: [run.signed_of(point, q) - other.signed_of(point, q) for point in run.signed] for q in QUANTITIES}
+    off = {q: [run.signed_errors(point, q) - other.signed_errors(point, q) for point in run.signed] for q in QUANTITIES}
     return {q: float(np.linalg.norm(np.concatenate(parts), axis=1).max()) for q, parts in off.items()}
 
 
 def _timing(cost: Measurement | None) -> PairedTiming | None:
     # A process that died or took too long has no cost; that its run completed is known from elsewhere.
-    return None if cost is None or cost.beside is None else restore(PairedTiming, cost.beside["paired"])
+    return None if cost is None or cost.payload is None else restore(PairedTiming, cost.payload["paired"])
 
 
 def _judged(ingredients: Sequence[Ingredient[Any]], found: Found) -> tuple[IngredientResult, ...]:

@@ -28,7 +28,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase, measure
-from conrod.studies.frame.writing import ROOT, real_path
+from conrod.studies.frame.writing import ROOT_UID, real_path
 from conrod.studies.limits.recorders import Fingerprint
 
 PATIENCE = 600.0  # [s] for an installation
@@ -84,7 +84,7 @@ def check_nobody_else_writes(folder: Path) -> None:
     """
     for place in (folder, *folder.parents):
         found = place.lstat()
-        if found.st_uid not in (os.geteuid(), ROOT):
+        if found.st_uid not in (os.geteuid(), ROOT_UID):
             why = f"{place} belongs to another user (uid {found.st_uid})"
         elif stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
             why = f"all may write into {place}"
@@ -161,7 +161,7 @@ class VersionCase(RunCase):
             raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
         try:
             # Errors predicted from gaps are not asked for.
-            return replace(measure(self, bits.add), prediction=None, beside={"bits": bits.texts()})
+            return replace(measure(self, bits.add), prediction=None, payload={"bits": bits.texts()})
         except InvalidInput:
             raise
         except (AttributeError, TypeError) as error:

@@ -158,7 +158,7 @@ def _changes(case: VersionCase, runs: Mapping[str, Runs], named: Callable[..., t
 
 def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> Change | None:
     """Changes from one run to the same in another release, None where nothing did, to the last bit."""
-    bits = [(one.beside or {}).get("bits", {}) for one in (before, after)]
+    bits = [(one.payload or {}).get("bits", {}) for one in (before, after)]
     differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
     ended, errors = (before.outcome, after.outcome), (before.largest("position"), after.largest("position"))
     if not differ and ended[0] == ended[1]:
@@ -167,7 +167,7 @@ def change_between(before: Measurement, after: Measurement, steps_per_revolution
         return Change("", "", ended, errors, tuple(differ), {}, ended[0] == ended[1])
     assert after.signed is not None
     size = {
-        q: max(float(np.abs(after.signed_of(p, q) - before.signed_of(p, q)).max()) for p in after.signed)
+        q: max(float(np.abs(after.signed_errors(p, q) - before.signed_errors(p, q)).max()) for p in after.signed)
         for q in QUANTITIES
     }
     steps_a_radian = steps_per_revolution / (2.0 * math.pi)

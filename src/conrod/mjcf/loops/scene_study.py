@@ -34,7 +34,7 @@ from conrod.runs.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_SIZES,
 from conrod.runs.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.scenes import Scene
 from conrod.studies.frame.prediction import reference_misfit
-from conrod.studies.frame.resolve_arguments import MOST_SAMPLES
+from conrod.studies.frame.resolve_arguments import MAX_KEPT_SAMPLES
 from conrod.studies.frame.result import misfit_words
 from conrod.studies.validation.results import RefinementPoint
 
@@ -84,7 +84,7 @@ def study(
         refused = {"hardened": "hardening does not apply to contact"} if question.contacts else {}
         at_steps = {label: [bench.driven(label)] for label in LABELS if label not in refused}
         for finer in FINER if refine else ():
-            if finer * revolutions * machine.period <= MOST_SAMPLES * facts.timestep:
+            if finer * revolutions * machine.period <= MAX_KEPT_SAMPLES * facts.timestep:
                 for label, same in at_steps.items():
                     same.append(bench.driven(label, finer))
         own_run, crank = bench.as_given()
@@ -141,10 +141,10 @@ class Bench:
         if span is not None:  # no step goes beyond its end
             way = (span[1] - begin if self.speed > 0.0 else begin - span[0]) if begin is not None else math.inf
             samples = max(2, math.floor(min(max(way, 0.0), self.question.width) / abs(self.speed) / step + 1e-6)) + 1
-        if samples > MOST_SAMPLES:
+        if samples > MAX_KEPT_SAMPLES:
             raise InvalidInput(
                 f"its timestep of {step:g} s makes {samples} samples of {self.turns:g} turns: "
-                f"at most {MOST_SAMPLES} are kept; fewer --revolutions"
+                f"at most {MAX_KEPT_SAMPLES} are kept; fewer --revolutions"
             )
         return np.asarray(step * np.arange(samples), dtype=float)
 

@@ -41,7 +41,7 @@ from conrod.runs.convergence import claimed_order
 from conrod.runs.other_forces import OtherForce, add_obstacles, merge_forces
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
-from conrod.studies.frame.paired_timing import paired_cost
+from conrod.studies.frame.paired_timing import time_stepper_pair
 
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 500
@@ -293,7 +293,7 @@ class _Bench:
             data = mujoco.MjData(model)
             start_state(data, start)
             steppers[label] = looping_stepper(model, state_of(model, data), 100)
-        return {OWN: 1.0} | {label: paired_cost(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
+        return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
 
     def _shipped(self, travel: float, label: str = OWN) -> ShippedRun:
         """The file as it is, with the controls that are asked for; or with a preset's settings at its own step."""

@@ -22,7 +22,7 @@ from conrod.studies.forces.measuring import LawOfForces, Measured, Peaks, likene
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, recorded_forces
 from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, Result, results_of
+from conrod.studies.frame.result import EngineCase, Result, case_results
 from conrod.studies.validation.plan import Plan, begun, started
 from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
 
@@ -48,7 +48,7 @@ def motion_judge(
             [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors
         )
         found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
-        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).judged(asked)
+        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict(asked)
 
     return judged
 
@@ -59,7 +59,7 @@ def force_judge(result: ForceResult, tracks: ForceTracks, law: LawOfForces | Non
     def judged(given: Recording) -> ForceResult:
         measured = Measured(given.reference, tracks, peaks, step)
         likeness = likenesses(given.reference, measured, result.names, law)
-        return replace(result, errors=measured.errors(result.names), likeness=likeness).judged()
+        return replace(result, errors=measured.errors(result.names), likeness=likeness).with_verdict()
 
     return judged
 
@@ -68,7 +68,7 @@ def noticed_by(result: Result) -> tuple[str, ...]:
     """Reasons that fail a result; none of one that passed."""
     if result.passed is not False:
         return ()
-    return (*result.exceeded(), *result.faults()) if result.completed else (result.outcome,)
+    return (*result.out_of_tolerance(), *result.faults()) if result.completed else (result.outcome,)
 
 
 def examined(defect: Defect, given: Recording, judged: Judge, unseen: Collection[str] = ()) -> Noticed | None:
@@ -134,15 +134,15 @@ class QualificationCase(EngineCase[ValidationResult]):
 
     plan: Plan
 
-    def started(self) -> ValidationResult:
-        return started(self.name, self.scene, self.made_by, self.preset, self.plan)
+    def empty_result(self) -> ValidationResult:
+        return started(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
-    def determined_by(self) -> dict[str, Any]:
-        settings = self.made_by.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
+    def key_fields(self) -> dict[str, Any]:
+        settings = self.loaded_engine.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "revolutions": self.plan.revolutions, "tolerance": self.plan.tolerance}
 
     def run(self) -> ValidationResult:
-        scene, engine, plan = self.scene, self.made_by, self.plan
+        scene, engine, plan = self.scene, self.loaded_engine, self.plan
         result, settings, start = begun(self.name, scene, engine, str(self.preset), plan)
         if not result.completed:
             return result
@@ -156,10 +156,10 @@ class QualificationCase(EngineCase[ValidationResult]):
 
     def _forces(self, given: Recording) -> tuple[Noticed, ...]:
         """Wrong masses that the verdict on the forces notices; none where they are not judged."""
-        if not isinstance(self.made_by, ForceReport):
+        if not isinstance(self.loaded_engine, ForceReport):
             return ()
         plan = ForcePlan(self.plan.steps_per_revolution, self.plan.revolutions, refined=False)
-        result, tracks, law = recorded_forces(self.name, self.scene, self.made_by, str(self.preset), plan)
+        result, tracks, law = recorded_forces(self.name, self.scene, self.loaded_engine, str(self.preset), plan)
         if not result.completed or not result.limits:
             return ()
         peaks = peaks_of(self.scene)
@@ -179,7 +179,7 @@ def qualified(
 ) -> Study[list[SceneStudy]]:
     """The study that gives each judged result of a validation what its verdict notices."""
     judged = {(s.name, r.engine, r.preset) for s in studies for r in s.results if r.mode == "dynamic" and r.passed}
-    found = yield from results_of(
+    found = yield from case_results(
         QualificationCase(name, scene, engine.name, preset, plan)
         for name, scene in scenes.items()
         for engine in engines

@@ -18,7 +18,7 @@ from conrod.studies.execution.worker_process import Limits, WorkerDied
 from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing, fingerprint, time_run
+from conrod.studies.frame.timing import Timing, machine_fingerprint, time_run
 
 AnyCase = TypeVar("AnyCase", bound=Case)
 Result = TypeVar("Result")
@@ -70,7 +70,7 @@ def run_cases(
     watcher.started(len(by_key), len(by_key) - len(waiting))
     _run(waiting, ledger, executor, fresh, watcher)
     found = ledger.measurements(by_key)
-    lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.understands(found[k]))}
+    lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.can_read(found[k]))}
     if lost:
         watcher.unreadable(len(lost))
         watcher.started(len(lost), 0)
@@ -83,8 +83,8 @@ def run_cases(
 
 
 def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
-    finished = ledger.finished(by_key)
-    again = {key for key, stop in ledger.stopped(by_key).items() if limits.allow_more(*stop)}
+    finished = ledger.finished_keys(by_key)
+    again = {key for key, stop in ledger.stops_at_limits(by_key).items() if limits.allow_more(*stop)}
     return {key: by_key[key] for key in by_key.keys() - finished | again}
 
 
@@ -198,7 +198,7 @@ def time_cases(
         fresh: time them all.
     """
     by_key = {case.key: case for case in cases}
-    known = {} if fresh else ledger.timings(by_key, fingerprint())
+    known = {} if fresh else ledger.timings(by_key, machine_fingerprint())
     watcher.started(len(by_key), len(known))
 
     def keep(case: RunCase, future: Future[Timing | None]) -> str:
@@ -217,13 +217,13 @@ def time_cases(
             ledger,
             watcher,
             # One at a time, of all processes here on this ledger.
-            claim=lambda _: f"timing on {fingerprint()}",
-            left=lambda case: fresh or case.key not in ledger.timings([case.key], fingerprint()),
+            claim=lambda _: f"timing on {machine_fingerprint()}",
+            left=lambda case: fresh or case.key not in ledger.timings([case.key], machine_fingerprint()),
             begin=lambda case: worker.submit(on_known_scene, _timed, case),
             keep=keep,
             most=lambda: 1,
         )
-    return ledger.timings(by_key, fingerprint())
+    return ledger.timings(by_key, machine_fingerprint())
 
 
 def _timed(case: RunCase) -> Timing | None:

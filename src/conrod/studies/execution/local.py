@@ -139,7 +139,7 @@ class LocalProcesses(RepeatingExecutor):
         self._engines: dict[WorkerProcess, str | None] = {}
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        engine = next((one.brought_engine for one in arguments if isinstance(one, Case)), None)
+        engine = next((one.plugin_name for one in arguments if isinstance(one, Case)), None)
         while True:
             worker = self._taken(engine)
             try:

@@ -14,7 +14,7 @@ from conrod.studies.execution.dispatch import SILENT, Watcher, run_cases, time_c
 from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
 from conrod.studies.execution.worker_process import take_blas_buffer
 from conrod.studies.frame.case import Case, Measurement, Study, pursue
-from conrod.studies.frame.ledger import Ledger, default_path
+from conrod.studies.frame.ledger import Ledger, default_ledger_path
 from conrod.studies.frame.run import RunCase
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Runs:
     @property
     def ledger_file(self) -> Path:
         """The ledger that was named, or the user's own."""
-        return default_path() if self.ledger is None else Path(self.ledger)
+        return default_ledger_path() if self.ledger is None else Path(self.ledger)
 
     def processes(self, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
         """Processes of this machine, as many as were asked for unless a number is given."""

@@ -37,7 +37,7 @@ def perform(case: Case) -> Measurement:
 
     What an engine of another package raises is the end of that run; where conrod's own do, conrod is at fault.
     """
-    if (engine := case.brought_engine) is None:
+    if (engine := case.plugin_name) is None:
         return case.perform()
     loaded = engines.engine_named(engine)
     before = getattr(loaded, "handed_over", 0)

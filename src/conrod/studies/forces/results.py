@@ -106,18 +106,20 @@ class ForceResult(Result):
         between = self.largest(name, "between") if name == "contact" else None
         return self.largest(name, "rms" if name == "contact" else "max") if between is None else between
 
-    def exceeded(self) -> dict[str, tuple[float | None, float]]:
+    def out_of_tolerance(self) -> dict[str, tuple[float | None, float]]:
         # What an engine does not report is no error of its own.
         unreported = self.unsupported or {}
         return {
-            g: pair for g, pair in super().exceeded().items() if not unreported.keys() >= set(self.groups.get(g, ()))
+            g: pair
+            for g, pair in super().out_of_tolerance().items()
+            if not unreported.keys() >= set(self.groups.get(g, ()))
         }
 
     def mistaken(self) -> dict[str, float]:
         """Wrong masses that the errors look like, by "body.property", in changes that are to be seen."""
         return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= LOOKS_LIKE}
 
-    def _held_to(self, asked: Mapping[str, float]) -> Self:
+    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
         allowed = {group: value for group, value in asked.items() if group in self.groups}
         return replace(self, tolerance=allowed, reason_of_tolerance=AS_ASKED)
 

@@ -15,7 +15,7 @@ from conrod.scenes import Scene
 from conrod.studies.forces.measuring import LawOfForces, Measured, likenesses, peaks_of, quantities_of, tolerance_of
 from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult
 from conrod.studies.frame.prediction import reference_misfit
-from conrod.studies.frame.result import EngineCase, refine
+from conrod.studies.frame.result import EngineCase, run_refinement_path
 from conrod.studies.validation.plan import Plan
 
 NO_CONTACT = "no joint of the machine acts by contact"
@@ -39,7 +39,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
     result, tracks, law = recorded_forces(name, scene, engine, preset, plan)
     steps = result.steps_per_revolution
     if not result.completed:
-        return result.judged()
+        return result.with_verdict()
     peaks = peaks_of(scene)
     measured = Measured(scene, tracks, peaks, scene.period / steps)
     errors = measured.errors(result.names)
@@ -55,9 +55,9 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
 
     if plan.refined:
         finest = ForcePoint(steps, result.outcome, judged_sizes(errors))
-        points = refine(scene, steps, plan.revolutions, finest, point)
+        points = run_refinement_path(scene, steps, plan.revolutions, finest, point)
         result = replace(result, refinement=points, order=_orders(result, points))
-    return result.judged()
+    return result.with_verdict()
 
 
 def recorded_forces(
@@ -154,12 +154,12 @@ class ForceCase(EngineCase[ForceResult]):
 
     plan: ForcePlan
 
-    def started(self) -> ForceResult:
-        return started(self.name, self.scene, self.made_by, str(self.preset), self.plan)
+    def empty_result(self) -> ForceResult:
+        return started(self.name, self.scene, self.loaded_engine, str(self.preset), self.plan)
 
     def run(self) -> ForceResult:
-        return validate_forces(self.name, self.scene, self.made_by, str(self.preset), self.plan)
+        return validate_forces(self.name, self.scene, self.loaded_engine, str(self.preset), self.plan)
 
-    def determined_by(self) -> dict[str, Any]:
-        preset, plan = self.made_by.presets[str(self.preset)], self.plan
+    def key_fields(self) -> dict[str, Any]:
+        preset, plan = self.loaded_engine.presets[str(self.preset)], self.plan
         return plan.determines(self.scene, preset, plan.refined) | {"quantities": plan.quantities}

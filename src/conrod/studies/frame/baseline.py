@@ -1,4 +1,4 @@
-"""Baselines: what a validation found, in a small file, with the band in which rounding leaves each number; drift."""
+"""Baselines: a validation's results in a small file, with the rounding band of each number; drift from them."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ import msgspec
 
 from conrod.errors import InvalidInput
 from conrod.runs.plain_values import json_document, plain_values, restore
-from conrod.studies.frame.writing import single, write_together
+from conrod.studies.frame.writing import single_file, write_together
 
 SCHEMA, MARK = 1, "conrod_baseline"
 LAST_BIT = 2.0**-52
 # Runs at speeds that differ in the last bits round otherwise at every step, as another processor or compiler does.
-FACTORS = tuple(1.0 + k * LAST_BIT for k in (-2, -1, 1, 2))
-# Student's t of as many deviations, of which one in a million is larger.
-DEVIATIONS = 49.46
-ROUNDED = 8.0 * LAST_BIT  # of a number, or of 1, which errors are differences of numbers of: a band is never narrower
-NOISE = 1e-12  # normalised errors below it are rounding, and count as it
-ORDER = "order of "
-NAMED = 3  # differences that a message has room for
+SPEED_FACTORS = tuple(1.0 + k * LAST_BIT for k in (-2, -1, 1, 2))
+# Student's t for as many deviations as there are factors: one in a million is larger.
+BAND_DEVIATIONS = 49.46
+MIN_RELATIVE_BAND = (
+    8.0 * LAST_BIT
+)  # of a number, or of 1, which errors are differences of numbers of: a band is never narrower
+ERROR_FLOOR = 1e-12  # normalised errors below it are rounding, and count as it
+ORDER_PREFIX = "order of "
+MAX_NAMED_DIFFERENCES = 3  # differences that a message has room for
 
 
 @dataclass(frozen=True)
-class Number:
-    """A number, and the band in which rounding leaves it."""
+class BandedNumber:
+    """A number and its band: a change within the band is rounding."""
 
     value: float
     band: float
 
 
 @dataclass(frozen=True)
-class Line:
+class BaselineLine:
     """Entry of a baseline for one result.
 
     Attributes:
@@ -48,7 +50,7 @@ class Line:
 
     outcome: str
     passed: bool | None
-    numbers: Mapping[str, Number]
+    numbers: Mapping[str, BandedNumber]
     settings: Mapping[str, Any]
 
 
@@ -66,11 +68,11 @@ class Baseline:
     of: Mapping[str, Any]
     hash: str
     made_with: Mapping[str, str]
-    results: Mapping[str, Line]
+    results: Mapping[str, BaselineLine]
 
 
-def read(file: Path) -> Baseline:
-    """The baseline in a file; raises InvalidInput where there is none that this conrod can read."""
+def read_baseline(file: Path) -> Baseline:
+    """Read the baseline in a file; raise InvalidInput if this conrod cannot read it."""
     try:
         values = json.loads(file.read_bytes())
     except OSError as error:
@@ -90,7 +92,7 @@ def read(file: Path) -> Baseline:
 
 
 def _check_numbers(baseline: Baseline) -> None:
-    """Refuse what conrod never writes; a band that is no number would let every drift pass."""
+    """Refuse numbers that conrod never writes: a band that is NaN would let every drift pass."""
     for name, line in baseline.results.items():
         for what, number in line.numbers.items():
             if not math.isfinite(number.value):
@@ -99,18 +101,18 @@ def _check_numbers(baseline: Baseline) -> None:
                 raise InvalidInput(f"{name}: the band of {what} is {number.band}: it has to be above 0, and finite")
 
 
-def write(file: Path, baseline: Baseline) -> None:
-    """Write a baseline, whole or not at all: a number and its band on a line, for those who read differences."""
+def write_baseline(file: Path, baseline: Baseline) -> None:
+    """Write a baseline, whole or not at all, with a number and its band on one line for readable diffs."""
     text = json_document({MARK: SCHEMA, **plain_values(baseline)})
     text = re.sub(r"[\[{][^\[\]{}]{,120}[\]}]", lambda found: re.sub(r"\n\s*", " ", found[0]), text)
-    write_together([single(file, text)])
+    write_together([single_file(file, text)])
 
 
-def banded(now: Baseline, others: Sequence[Mapping[str, Line]], like: Mapping[str, str]) -> Baseline:
-    """A baseline with the bands that follow from runs that round otherwise, in the digits that rounding leaves.
+def with_bands(now: Baseline, others: Sequence[Mapping[str, BaselineLine]], like: Mapping[str, str]) -> Baseline:
+    """Return a baseline with bands from the scatter of runs at speeds that differ in the last bits.
 
     Args:
-        others: results at the scene's speed times each of `FACTORS`.
+        others: results at the scene's speed times each of `SPEED_FACTORS`.
         like: results that the scene's speed does not drive, and those whose rounding stands for theirs.
     """
 
@@ -119,10 +121,12 @@ def banded(now: Baseline, others: Sequence[Mapping[str, Line]], like: Mapping[st
         first, *found = [numbers[quantity].value for numbers in lines if quantity in numbers] or [0.0]
         return math.sqrt(sum((value - first) ** 2 for value in found) / max(len(found), 1))
 
-    def number(name: str, quantity: str, value: float) -> Number:
+    def number(name: str, quantity: str, value: float) -> BandedNumber:
         widest = max(spread(one, quantity) for one in (name, like.get(name, name)))
-        exponent = math.ceil(math.log10(max(DEVIATIONS * widest, ROUNDED * max(1.0, abs(value)))))
-        return Number(float(f"{value:.{max(0, _exponent(value) - exponent + 1)}e}"), float(f"1e{exponent}"))
+        exponent = math.ceil(math.log10(max(BAND_DEVIATIONS * widest, MIN_RELATIVE_BAND * max(1.0, abs(value)))))
+        return BandedNumber(
+            float(f"{value:.{max(0, _decimal_exponent(value) - exponent + 1)}e}"), float(f"1e{exponent}")
+        )
 
     return replace(
         now,
@@ -133,8 +137,8 @@ def banded(now: Baseline, others: Sequence[Mapping[str, Line]], like: Mapping[st
     )
 
 
-def _exponent(value: float) -> int:
-    """Power of ten of the first digit; 0 of 0."""
+def _decimal_exponent(value: float) -> int:
+    """Power of ten of a number's first digit; 0 for 0."""
     return math.floor(math.log10(abs(value))) if value else 0
 
 
@@ -142,12 +146,12 @@ def _exponent(value: float) -> int:
 
 
 class OtherBaseline(InvalidInput):
-    """A baseline of another scene, or of other settings: it is compared with nothing, and may be written again."""
+    """The baseline file belongs to another scene or other settings, and may be overwritten."""
 
 
 @dataclass(frozen=True)
 class Drift:
-    """A result that is other than rounding makes it.
+    """A result that differs from its baseline by more than rounding.
 
     Attributes:
         what: the number, a setting of the engine, or `outcome`.
@@ -171,7 +175,7 @@ class Drift:
 
 @dataclass(frozen=True)
 class BaselineComparison:
-    """Findings held against their baseline.
+    """Comparison of findings with their baseline.
 
     Attributes:
         written: whether the file was written, for the first time or again.
@@ -188,12 +192,12 @@ class BaselineComparison:
 
     @property
     def passed(self) -> bool:
-        """True if nothing has drifted from a baseline that was there, or what has is accepted."""
+        """True if an existing baseline shows no drift, or the drift was accepted."""
         return self.accepted or not (self.written or self.drifts)
 
     @property
     def text(self) -> str:
-        """Findings in words, the drifts first; empty where there are none."""
+        """Comparison in words, the drifts first; empty if there is nothing to say."""
         lines = [f"drifted from the baseline {self.file}:"] if self.drifts else []
         for _, same in groupby(self.drifts, key=lambda drift: drift.result):
             worst, *others = sorted(same, key=lambda drift: -(drift.digits or math.inf))
@@ -206,29 +210,31 @@ class BaselineComparison:
         return "\n".join(lines)
 
 
-def check_same(file: Path, before: Baseline, now: Baseline) -> None:
-    """Refuse a baseline of another scene, or of other words; raises OtherBaseline, which names what differs."""
+def check_same_request(file: Path, before: Baseline, now: Baseline) -> None:
+    """Raise OtherBaseline if the baseline is of another scene or request; the message names the differences."""
     if before.hash != now.hash:
-        found = [f"{name} {was}, here {here}" for name, was, here in _differing(before.of, now.of)]
-        words = "; ".join(found[:NAMED] or ["another scene of that name"]) + ("; ..." if found[NAMED:] else "")
+        found = [f"{name} {was}, here {here}" for name, was, here in _differences(before.of, now.of)]
+        words = "; ".join(found[:MAX_NAMED_DIFFERENCES] or ["another scene of that name"]) + (
+            "; ..." if found[MAX_NAMED_DIFFERENCES:] else ""
+        )
         raise OtherBaseline(f"the baseline is of something else: {words} ({file}; accept it to have it written again)")
 
 
-def compared(file: Path, before: Baseline, now: Baseline) -> BaselineComparison:
-    """Drifts from the baseline in a file."""
-    drifts = tuple(drift for name in {**before.results, **now.results} for drift in _drifts(name, before, now))
+def compare_baselines(file: Path, before: Baseline, now: Baseline) -> BaselineComparison:
+    """Compare results with the baseline in a file."""
+    drifts = tuple(drift for name in {**before.results, **now.results} for drift in _result_drifts(name, before, now))
     was = before.made_with
     versions = [f"{k} {was[k]}, now {now.made_with.get(k)}" for k in was if now.made_with.get(k) != was[k]]
     return BaselineComparison(file, drifts=drifts, versions=tuple(versions))
 
 
-def _differing(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:
-    """Names whose values differ, with both as JSON has them, which has one kind of list."""
+def _differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Names whose values differ, with both values as JSON text."""
     pairs = [(name, *(msgspec.json.encode(one.get(name)).decode() for one in (was, now))) for name in {**was, **now}]
     return [(name, one, other) for name, one, other in pairs if one != other]
 
 
-def _drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift]:
+def _result_drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift]:
     was, own = before.results.get(name), now.results.get(name)
     if was is None or own is None:
         there = ["none" if one is None else "there" for one in (was, own)]
@@ -236,20 +242,20 @@ def _drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift]:
     elif was.outcome != own.outcome:
         yield Drift(name, "outcome", was.outcome, own.outcome)
     else:
-        yield from (Drift(name, *differing) for differing in _differing(was.settings, own.settings))
+        yield from (Drift(name, *differing) for differing in _differences(was.settings, own.settings))
         for what in {**was.numbers, **own.numbers}:
-            yield from _drift(name, what, was.numbers.get(what), own.numbers.get(what))
+            yield from _number_drift(name, what, was.numbers.get(what), own.numbers.get(what))
 
 
-def _drift(name: str, what: str, was: Number | None, now: Number | None) -> Iterator[Drift]:
+def _number_drift(name: str, what: str, was: BandedNumber | None, now: BandedNumber | None) -> Iterator[Drift]:
     if was is None or now is None:
         there = ["none" if one is None else f"{one.value:.3g}" for one in (was, now)]
         yield Drift(name, what, there[0], there[1])
         return
-    is_order = what.startswith(ORDER)
-    floor = -math.inf if is_order else NOISE
+    is_order = what.startswith(ORDER_PREFIX)
+    floor = -math.inf if is_order else ERROR_FLOOR
     change = max(now.value, floor) - max(was.value, floor)
     if abs(change) > was.band:
-        shown = min(17, max(2, _exponent(was.value) - _exponent(change) + 1))
+        shown = min(17, max(2, _decimal_exponent(was.value) - _decimal_exponent(change) + 1))
         digits, better = math.log10(abs(change) / was.band), None if is_order else change < 0.0
         yield Drift(name, what, f"{was.value:.{shown}g}", f"{now.value:.{shown}g}", digits, better)

@@ -39,7 +39,7 @@ class Measurement:
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
         extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.records`.
-        beside: what a study's own task found besides; plain values that this study alone reads.
+        payload: further findings of one study, plain values that only this study reads; saved as `beside`.
     """
 
     outcome: str
@@ -51,7 +51,7 @@ class Measurement:
     prediction: Mapping[str, Sizes] | None = None
     signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
     extremes: Mapping[str, Any] | None = None
-    beside: Mapping[str, Any] | None = None
+    payload: Mapping[str, Any] | None = None
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a quantity over the observed points; None unless the run completed."""
@@ -59,7 +59,7 @@ class Measurement:
         found = [point[quantity][measure] for point in (self.errors or {}).values()]
         return float(np.max(found)) if found else None
 
-    def signed_of(self, point: str, quantity: str) -> Array:
+    def signed_errors(self, point: str, quantity: str) -> Array:
         """Signed errors (K, 2) of a point; ValueError unless the run completed."""
         if self.signed is None:
             raise ValueError(f"a run that ended as {self.outcome!r} has no errors")
@@ -70,14 +70,14 @@ class Measurement:
 RESULT_VERSION = 1
 
 
-def key_of(text: str) -> str:
-    """Canonical text of an identity in 32 hexadecimal digits."""
+def identity_digest(text: str) -> str:
+    """Digest of an identity's canonical text, 32 hexadecimal digits."""
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
 class Case(ABC):
-    """Something to be run on a scene, in any process on any machine, with a result that a ledger can keep.
+    """A run of a scene, in any process on any machine, whose result a ledger can keep.
 
     Attributes:
         name: of the scene, for people; not part of the key.
@@ -89,23 +89,23 @@ class Case(ABC):
 
     @property
     def engine_name(self) -> str | None:
-        """Name of the engine that it runs in; None of no engine."""
+        """Name of the engine that runs the case; None if no engine does."""
         return None
 
     @property
-    def brought_engine(self) -> str | None:
-        """That name where the engine is another package's, which may do anything to its process; else None."""
+    def plugin_name(self) -> str | None:
+        """Name of the engine if it comes from another package, and so may harm its process; else None."""
         name = self.engine_name
         return name if name is not None and is_plugin(name) else None
 
     @property
     def effort(self) -> float:
-        """Estimated duration relative to other cases: those that take long begin first."""
+        """Estimated duration relative to other cases; the longest cases start first."""
         return 0.0
 
     @abstractmethod
     def perform(self) -> Measurement:
-        """The result, in the process that calls.
+        """Run the case in the calling process and return its measurement.
 
         Raises:
             InvalidInput: the case cannot be run for a reason that a user can mend.
@@ -113,38 +113,38 @@ class Case(ABC):
 
     @abstractmethod
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
-        """All that determines the result, with the scene's parameters as they are given here."""
+        """All values that determine the result, with these parameters in place of the scene's."""
 
     def identity(self) -> dict[str, Any]:
-        """All that determines the result, as plain values."""
+        """All values that determine the result, in plain types; the key is made from them."""
         return self._identity(self.scene.identity())
 
-    def understands(self, measurement: Measurement) -> bool:
-        """False of a measurement that another conrod kept in a form that this one cannot read."""
+    def can_read(self, measurement: Measurement) -> bool:
+        """Return whether this conrod can read a measurement, which another version may have kept."""
         try:
             Outcome.from_slug(measurement.outcome)
-            self._read(measurement)
+            self._check_readable(measurement)
         except (InvalidInput, KeyError, TypeError):
             return False
         return True
 
-    def _read(self, measurement: Measurement) -> None:  # noqa: B027  most studies read a measurement as it is
-        """Read what a study of such cases will; errors as `understands` catches."""
+    def _check_readable(self, measurement: Measurement) -> None:  # noqa: B027  most studies read a measurement as it is
+        """Read the parts that studies of this case read; raise the errors that `can_read` catches."""
 
     @property
     def labels(self) -> dict[str, str]:
-        """Names for people that a ledger keeps beside the identity; they change neither key nor result."""
+        """Names for people, kept with the identity but no part of the key."""
         return {}
 
     @property
     def key(self) -> str:
-        """Identity in 32 hexadecimal digits: equal for equal runs, in any process on any machine."""
+        """Digest of the identity, 32 hexadecimal digits: equal for equal runs on any machine."""
         # Kept, but not by `cached_property`, whose lock and a dictionary for each case take time (docs/benchmarks.md).
         if not self._key:
             # The scene's part is a long text that is the same for all its cases.
             text = canonical_json(self._identity(None))
             text = text.replace('"parameters":null', f'"parameters":{self.scene.parameters_text}', 1)
-            object.__setattr__(self, "_key", key_of(text))
+            object.__setattr__(self, "_key", identity_digest(text))
         return self._key
 
 
@@ -157,12 +157,14 @@ Study = Generator[Sequence[Case], Results, Found]
 
 
 def pursue(studies: Sequence[Study[Found]], run: Callable[[list[Any]], Results]) -> list[Found]:
-    """Findings of all studies; their cases of one round are one batch, so that no core waits for another study.
+    """Run all studies side by side and return their findings; each round's cases are one batch.
 
     The cases asked for depend on nothing but the results: the same studies on a ledger that has them run nothing.
 
+    One batch a round, so that no core waits for another study.
+
     Args:
-        run: results of cases, each of which is given once a round.
+        run: returns the results of cases; each case is given once a round.
     """
     found: dict[int, Found] = {}
     waiting: dict[int, Sequence[Case]] = {}

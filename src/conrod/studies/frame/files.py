@@ -1,4 +1,4 @@
-"""Files and folders that a user names to be written: refused before any work where something else would be lost."""
+"""Checks of output files and folders that a user names, before any work is done."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.studies.frame.writing import TEMPORARY, own_path, real_path
+from conrod.studies.frame.writing import TEMPORARY_PREFIX, own_path, real_path
 
 
 def file_to_write(text: str, option: str) -> Path:
-    """The file that an option names, before any work is done; makes nothing.
+    """Check the output file that an option names, and return its path; creates nothing.
 
     Raises:
         InvalidInput: it cannot be written, or something else would be lost by it.
@@ -21,19 +21,19 @@ def file_to_write(text: str, option: str) -> Path:
     if text.strip() in ("", "-") or text.endswith(os.sep):
         raise InvalidInput(f"{option} {text!r}: give the name of a file")
     path, real = Path(text), own_path(Path(text))
-    if is_no_file(real):
+    if is_special_file(real):
         what = "a folder; give the name of a file" if is_folder(real) else "not a regular file"
         raise InvalidInput(f"cannot write {path}: it is {what}")
     if real.exists() and real.name.lower().endswith(".toml"):
         raise InvalidInput(f"cannot write {path}: it is a mechanism file; give another name")
     if not real.parent.is_dir():
         raise InvalidInput(f"cannot write {path}: there is no folder {path.parent}")
-    _try_folder(real.parent, path)
+    _check_folder_writable(real.parent, path)
     return path
 
 
 def files_to_write(given: Mapping[str, str | None], beside: Mapping[str, Path] | None = None) -> dict[str, Path]:
-    """The files that options name, by option.
+    """Check the output files that options name, and return their paths by option.
 
     Args:
         given: what was typed, None where nothing was.
@@ -60,7 +60,7 @@ def _same_file(one: Path, other: Path) -> bool:
 
 
 def folder_to_write(text: str, option: str) -> Path:
-    """The folder that an option names.
+    """Check the output folder that an option names, and return its path.
 
     Raises:
         InvalidInput: it can neither be made nor written in.
@@ -72,7 +72,7 @@ def folder_to_write(text: str, option: str) -> Path:
 
 
 def check_writable_folder(path: Path) -> None:
-    """Refuse a path that a folder cannot be made at or written in, before any work is done; makes nothing.
+    """Refuse a path where no folder can be created or written; creates nothing.
 
     Raises:
         InvalidInput: says why.
@@ -81,7 +81,7 @@ def check_writable_folder(path: Path) -> None:
     existing = next(p for p in (real, *real.parents) if os.path.lexists(p))
     if not existing.is_dir():
         raise InvalidInput(f"cannot write into {path}: {existing} is a file, not a folder")
-    _try_folder(existing, path)
+    _check_folder_writable(existing, path)
 
 
 def is_folder(path: Path) -> bool:
@@ -89,8 +89,8 @@ def is_folder(path: Path) -> bool:
     return path.is_dir() and not path.is_symlink()
 
 
-def is_no_file(path: Path) -> bool:
-    """True if there is something that is not a regular file: a folder, a link, a device, a pipe."""
+def is_special_file(path: Path) -> bool:
+    """True if the path exists and is not a regular file: a folder, link, device or pipe."""
     try:
         return not stat.S_ISREG(path.lstat().st_mode)
     except (FileNotFoundError, NotADirectoryError):
@@ -99,9 +99,9 @@ def is_no_file(path: Path) -> bool:
         raise InvalidInput(f"cannot write {path.name}: {error.strerror or error}") from None
 
 
-def _try_folder(folder: Path, wanted: Path) -> None:
+def _check_folder_writable(folder: Path, wanted: Path) -> None:
     try:
-        with tempfile.TemporaryFile(dir=folder, prefix=TEMPORARY):
+        with tempfile.TemporaryFile(dir=folder, prefix=TEMPORARY_PREFIX):
             pass
     except OSError as error:
         raise InvalidInput(f"cannot write {wanted}: {error.strerror or error} in {folder}") from None

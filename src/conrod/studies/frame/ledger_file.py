@@ -1,4 +1,4 @@
-"""The SQLite file of a ledger, made, recognised and refused in one line; and what processes on it claim."""
+"""The SQLite file of a ledger: created, checked, refused with one line; and the claims of processes on it."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from pathlib import Path
 from conrod.errors import InvalidInput
 from conrod.studies.frame.writing import own_path
 
-# 'crod' in ASCII: by it a ledger is known from any other SQLite file.
+# 'crod' in ASCII: tells a ledger from any other SQLite file.
 APPLICATION_ID = 0x63726F64
-# Raised when the tables change; what stands in a measurement is versioned by the key of its cell.
+# Raised when the tables change; the form of a measurement is versioned by the key of its case.
 SCHEMA_VERSION = 1
 # A write takes a millisecond: who waits this long [s] waits for something that hangs.
-PATIENCE = 30.0
+LOCK_TIMEOUT = 30.0
 
 SCHEMA = f"""
 CREATE TABLE cells (
@@ -51,8 +51,8 @@ PRAGMA user_version = {SCHEMA_VERSION};
 """
 
 
-def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
-    """A connection to the ledger at a path; makes the file and its folders where there are none.
+def connect(path: Path, patience: float = LOCK_TIMEOUT) -> sqlite3.Connection:
+    """Connect to the ledger at a path; create the file and its folders if missing.
 
     Args:
         patience: how long to wait for another process that writes [s].
@@ -63,26 +63,26 @@ def connected(path: Path, patience: float = PATIENCE) -> sqlite3.Connection:
     real = own_path(path)
     if real.exists() and not real.is_file():
         raise InvalidInput(f"{path} is not a ledger: it is no regular file; give the name of a file")
-    with naming_ledger(path):
+    with name_ledger_in_errors(path):
         real.parent.mkdir(parents=True, exist_ok=True)
         connection = sqlite3.connect(real, timeout=patience, isolation_level=None)
-        return _recognised(connection, path, patience)
+        return _checked_connection(connection, path, patience)
 
 
 @contextmanager
-def connected_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection to a ledger that is there, be it on a disk or in a folder where nothing can be written.
+def connect_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """Connect to an existing ledger for reading, also on a read-only disk or in a read-only folder.
 
     SQLite's log of a ledger has files beside it, which it would have to make or write even for a reader.
 
     Raises:
-        InvalidInput: as `connected`.
+        InvalidInput: as `connect`.
     """
     real, log = own_path(path), own_path(path).with_name(f"{path.name}-wal")
     if not real.is_file() or (os.access(real, os.W_OK) and os.access(real.parent, os.W_OK)):
-        yield connected(path)
+        yield connect(path)
         return
-    with tempfile.TemporaryDirectory(prefix="conrod-ledger-") as folder, naming_ledger(path):
+    with tempfile.TemporaryDirectory(prefix="conrod-ledger-") as folder, name_ledger_in_errors(path):
         if log.exists() and log.stat().st_size:
             # Its last runs stand in the log alone.
             for file in (real, log):
@@ -90,20 +90,20 @@ def connected_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
             connection = sqlite3.connect(Path(folder) / real.name, isolation_level=None)
         else:
             connection = sqlite3.connect(f"{real.resolve().as_uri()}?immutable=1", uri=True, isolation_level=None)
-        yield _recognised(connection, path, 0.0)
+        yield _checked_connection(connection, path, 0.0)
 
 
-def _recognised(connection: sqlite3.Connection, path: Path, patience: float) -> sqlite3.Connection:
-    """The connection once it is known to be one to a ledger; closed where it is none."""
-    with naming_ledger(path):
+def _checked_connection(connection: sqlite3.Connection, path: Path, patience: float) -> sqlite3.Connection:
+    """Return the connection if its file is a ledger; else close it and raise InvalidInput."""
+    with name_ledger_in_errors(path):
         try:
             if _is_blank(connection):
-                _make(connection, patience)
+                _create_tables(connection, patience)
             if _pragma(connection, "application_id") != APPLICATION_ID:
                 raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
             if _pragma(connection, "user_version") > SCHEMA_VERSION:
                 raise InvalidInput(f"the ledger {path} is from a newer conrod: update conrod or name another ledger")
-            if missing := _missing(connection):
+            if missing := _schema_fault(connection):
                 raise InvalidInput(f"the ledger {path} is damaged: {missing}; remove it or name another")
             # What a file from elsewhere says of its tables calls no function that could do more than compute.
             connection.execute("PRAGMA trusted_schema = OFF")
@@ -117,7 +117,7 @@ def _recognised(connection: sqlite3.Connection, path: Path, patience: float) -> 
     return connection
 
 
-def _make(connection: sqlite3.Connection, patience: float) -> None:
+def _create_tables(connection: sqlite3.Connection, patience: float) -> None:
     give_up = time.monotonic() + patience
     while True:
         try:
@@ -137,22 +137,22 @@ def _make(connection: sqlite3.Connection, patience: float) -> None:
 
 
 def _is_blank(connection: sqlite3.Connection) -> bool:
-    """A file that nobody has put anything into, such as one left by a process killed while it made it."""
+    """True if the file has no table, as one left by a process killed while creating it."""
     tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
     return not tables and not _pragma(connection, "application_id")
 
 
-COLUMNS = {
+TABLE_COLUMNS = {
     "cells": {"key", "name", "identity"},
     "runs": {"key", "outcome", "allowed", "measurement"},
     "timings": {"key", "machine", "seconds_per_revolution", "reference_seconds", "ratio", "steps", "repeats"},
 }
 
 
-def _missing(connection: sqlite3.Connection) -> str:
-    """What a ledger's file lacks of its tables, or has that would change what is kept; empty where it is whole."""
+def _schema_fault(connection: sqlite3.Connection) -> str:
+    """Name a missing table or column, or a trigger or view that conrod does not make; empty if none."""
     kinds = dict(connection.execute("SELECT name, type FROM sqlite_master WHERE type != 'index'"))
-    for table, columns in COLUMNS.items():
+    for table, columns in TABLE_COLUMNS.items():
         if kinds.get(table) != "table":
             return f"its table {table} is missing"
         there = {row[1] for row in connection.execute(f"PRAGMA table_info({table})")}
@@ -167,8 +167,8 @@ def _pragma(connection: sqlite3.Connection, name: str) -> int:
 
 
 @contextmanager
-def naming_ledger(path: Path) -> Iterator[None]:
-    """Say in one line what SQLite met, if it lies with the file and not with a statement of conrod's.
+def name_ledger_in_errors(path: Path) -> Iterator[None]:
+    """Turn SQLite's errors about the file into InvalidInput with one line that names the ledger.
 
     Raises:
         InvalidInput: locked, read-only, damaged, full or otherwise out of reach.
@@ -184,11 +184,11 @@ def naming_ledger(path: Path) -> Iterator[None]:
 
 # -- claims ------------------------------------------------------------------------------------------------------------
 
-ANYWHERE = 6  # bytes of a digest: where the byte of a name is, in a file that stays empty
+CLAIM_OFFSET_BYTES = 6  # of a name's digest: the offset of the byte that is locked, in a file that stays empty
 
 
 class Claims:
-    """Claims of this process on what it runs, which the others on its ledger then do not run as well.
+    """Claims of this process on the runs it makes, so that no other process on the ledger makes them too.
 
     A claim is a lock on a byte of a file beside the ledger, and so ends with the process that has it, however that
     ends. Where the file system has no locks all claims are granted, and work may be done twice.
@@ -202,27 +202,27 @@ class Claims:
         self._file: int | None = None
 
     def take(self, name: str) -> bool:
-        """Claim a name; False where another process has it."""
+        """Claim a name; return False if another process has claimed it."""
         try:
             if self._file is None:
                 self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
-            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _place(name))
+            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _claim_offset(name))
         except OSError as error:  # else it cannot be opened, or the file system has no locks
             return not (self._file is not None and isinstance(error, BlockingIOError | PermissionError))
         return True
 
     def give_back(self, name: str) -> None:
-        """Let others have it."""
+        """Release a name, so that other processes can claim it."""
         if self._file is not None:
             with suppress(OSError):
-                fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _place(name))
+                fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _claim_offset(name))
 
     def close(self) -> None:
-        """Give all back."""
+        """Release all names."""
         if self._file is not None:
             os.close(self._file)
             self._file = None
 
 
-def _place(name: str) -> int:
-    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:ANYWHERE])
+def _claim_offset(name: str) -> int:
+    return int.from_bytes(hashlib.sha256(name.encode()).digest()[:CLAIM_OFFSET_BYTES])

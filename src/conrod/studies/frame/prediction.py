@@ -1,4 +1,4 @@
-"""Errors predicted from the joints' gaps alone, and whether they are the measured ones: the guard of the exact motion.
+"""Errors predicted from constraint violations alone, against the measured errors: the guard of the exact motion.
 
 A state whose joints leave a residual r open is off by J^-1 r, to first order (docs/design.md, guard 6). No reference
 motion enters the prediction, so it differs from the measured error by terms of second order and rounding, or else the
@@ -24,23 +24,26 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
 
 # Some 450 last digits, as the golden results are held to: closed forms, solver and elimination round differently.
-ROUNDING = 1e-13
+ROUNDING_SHARE = 1e-13  # of the mechanism's size
 # The second Newton step is the error that the first one leaves, but for the steps after it. Where each is at most a
 # quarter of the one before (Newton-Kantorovich asks for half), these add a third of it, in another direction.
-CONTRACTION, REST = 0.25, 2.0
-CONVERGED = 1e-9  # of the size: a step this small is followed by rounding, whose quotient says nothing
+MAX_CONTRACTION, REMAINDER_FACTOR = 0.25, 2.0
+CONVERGED_STEP = 1e-9  # over the size: after a step this small only rounding follows, and contraction says nothing
 # This near [rad] to where a roller passes to another arc of its cam, an acceleration may be that of either side.
-BREAK = 1e-6
-CHECKED_ANGLES, ASIDE = 24, 0.37  # of the turn or the pass, at which a reference is held to its own joint equations
+MIN_ARC_END_DISTANCE = 1e-6
+CHECKED_ANGLES, ANGLE_OFFSET = (
+    24,
+    0.37,
+)  # of the turn or the pass, at which a reference is held to its own joint equations
 # Engines may compute in single precision, and a point's motion by another way than a body's: some 30 last digits.
-SINGLE, POINTS = 2e-6, "points'"
+SINGLE_PRECISION, POINTS_PREFIX = 2e-6, "points'"
 Rows = NDArray[np.intp] | slice
 Misfit = dict[str, float]  # difference, what is allowed, and the crank angle [rad] where the two fit least
 
 
 @dataclass(frozen=True)
-class MendedStates:
-    """States of the bodies after one and after two Newton steps on the joints, at the crank's measured motion.
+class CorrectedStates:
+    """States of the bodies after one and two Newton steps on the joint equations, at the measured crank motion.
 
     Attributes:
         first, second: poses, rates, accelerations (T, 3 n) up to an order, after one step and after two.
@@ -54,8 +57,8 @@ class MendedStates:
     changes: list[Array]
 
     @classmethod
-    def of(cls, kinematics: Kinematics, states: BodyStates, order: int) -> MendedStates:
-        """Mend measured states: poses by Newton steps, then rates and accelerations, linear in themselves."""
+    def from_measured(cls, kinematics: Kinematics, states: BodyStates, order: int) -> CorrectedStates:
+        """Correct measured poses by Newton steps, then rates and accelerations, which enter linearly."""
         at, measured = states.instants, (states.rates, states.accelerations)[:order]
         scale = np.tile([kinematics.size, kinematics.size, 1.0], states.poses.shape[1] // 3)
         poses, factors = states.poses, kinematics.factors(states.poses)
@@ -74,27 +77,27 @@ class MendedStates:
         return cls(found[0], found[1], (steps[0], steps[1]), changes)
 
 
-def mend_states(kinematics: Kinematics, bodies: BodyTracks) -> dict[str, MendedStates]:
-    """Mended states by quantity; where an engine gives all at one instant, they are one object."""
-    found: dict[int, MendedStates] = {}
+def correct_states(kinematics: Kinematics, bodies: BodyTracks) -> dict[str, CorrectedStates]:
+    """Corrected states by quantity; one object if the engine gives all quantities at one instant."""
+    found: dict[int, CorrectedStates] = {}
     for order, quantity in reversed(list(enumerate(QUANTITIES))):
         states = getattr(bodies, quantity)
         if id(states) not in found:
-            found[id(states)] = MendedStates.of(kinematics, states, order)
+            found[id(states)] = CorrectedStates.from_measured(kinematics, states, order)
     return {quantity: found[id(getattr(bodies, quantity))] for quantity in QUANTITIES}
 
 
 def predicted_errors(
     kinematics: Kinematics, points: Mapping[str, PointTracks], bodies: BodyTracks
 ) -> dict[str, dict[str, Array]]:
-    """Signed errors (T, 2) of a state whose joints do not close, by point and quantity [m, m/s, m/s^2].
+    """Errors (T, 2) that constraint violations cause, by point and quantity [m, m/s, m/s^2].
 
     A state that violates the joint equations by a residual r is off, at the crank angle actually reached, by J^-1 r to
     first order; the same holds for rates and accelerations with the equations differentiated. No reference motion
     enters. If these errors are the ones measured against the exact motion, the difference is the engine's and not the
     reference's (docs/design.md, guard 6).
     """
-    exact = {q: kinematics.point_derivatives(mended.first) for q, mended in mend_states(kinematics, bodies).items()}
+    exact = {q: kinematics.point_derivatives(mended.first) for q, mended in correct_states(kinematics, bodies).items()}
     return {
         name: {q: getattr(tracks, q).values - exact[q][name][k] for k, q in enumerate(QUANTITIES)}
         for name, tracks in points.items()
@@ -102,10 +105,10 @@ def predicted_errors(
 
 
 class Prediction:
-    """Errors predicted from the joints' gaps alone beside the measured ones; the worst observed point counts.
+    """Recorder of errors predicted from constraint violations, and of their difference from the measured errors.
 
     Args:
-        stride: of samples that are looked at, the last one among them.
+        stride: every n-th sample is compared, the last one included.
 
     Attributes:
         sizes: by quantity the largest predicted error, and its largest difference from the measured one.
@@ -119,8 +122,8 @@ class Prediction:
         self.misfit: dict[str, Misfit] = {}
 
     def add(self, stretch: Stretch) -> None:
-        kinematics, (points, bodies) = self._scene.kinematics, self._thinned(stretch)
-        for k, (quantity, mended) in enumerate(mend_states(kinematics, bodies).items()):
+        kinematics, (points, bodies) = self._scene.kinematics, self._every_nth_sample(stretch)
+        for k, (quantity, mended) in enumerate(correct_states(kinematics, bodies).items()):
             once, twice = map(kinematics.point_derivatives, (mended.first, mended.second))
             for name, tracks in points.items():
                 norm = self._scene.lengths[name] * abs(self._scene.speed) ** k
@@ -133,10 +136,12 @@ class Prediction:
                 found = worst_misfit(self._scene, mended, k, name, off, left, track.instants.angle)
                 keep_worst(self.misfit, quantity, found)
             if quantity != "acceleration":  # of bodies it may be known to second order in the step alone
-                self._hold_points(k, quantity, points, getattr(bodies, quantity))
+                self._compare_points_with_bodies(k, quantity, points, getattr(bodies, quantity))
 
-    def _hold_points(self, order: int, quantity: str, points: Mapping[str, PointTracks], states: BodyStates) -> None:
-        """Hold the measured points to the measured bodies, whose gaps predict nothing of points in another frame."""
+    def _compare_points_with_bodies(
+        self, order: int, quantity: str, points: Mapping[str, PointTracks], states: BodyStates
+    ) -> None:
+        """Compare the measured points with the measured bodies, in single-precision tolerance."""
         kinematics, angle = self._scene.kinematics, states.instants.angle
         of_bodies = kinematics.point_derivatives([states.poses, states.rates][: order + 1])
         for name, tracks in points.items():
@@ -144,14 +149,14 @@ class Prediction:
             values, held = getattr(tracks, quantity).values, of_bodies[name][order]
             apart = np.linalg.norm(values - held, axis=1) / norm
             size = (np.linalg.norm(values, axis=1) + np.linalg.norm(held, axis=1)) / norm
-            allowed = SINGLE * (kinematics.size / self._scene.lengths[name] + size)
+            allowed = SINGLE_PRECISION * (kinematics.size / self._scene.lengths[name] + size)
             share = np.nan_to_num(apart / allowed, nan=math.inf)
             if len(share):
                 at = int(np.argmax(share))
                 worst = {"difference": float(apart[at]), "allowed": float(allowed[at]), "angle": float(angle[at])}
-                keep_worst(self.misfit, f"{POINTS} {quantity}", worst)
+                keep_worst(self.misfit, f"{POINTS_PREFIX} {quantity}", worst)
 
-    def _thinned(self, stretch: Stretch) -> tuple[Mapping[str, PointTracks], BodyTracks]:
+    def _every_nth_sample(self, stretch: Stretch) -> tuple[Mapping[str, PointTracks], BodyTracks]:
         if self._stride == 1:
             return stretch.trajectory.points, stretch.bodies
         cut = ArrayMapper(
@@ -161,9 +166,9 @@ class Prediction:
 
 
 def worst_misfit(
-    reference: ExactReference, mended: MendedStates, order: int, name: str, off: Array, left: Array, angle: Array
+    reference: ExactReference, mended: CorrectedStates, order: int, name: str, off: Array, left: Array, angle: Array
 ) -> Misfit | None:
-    """The sample where predicted and measured errors differ most by what is allowed; None where none is predicted.
+    """Find the sample where predicted and measured errors differ most, relative to the bound; None without samples.
 
     Allowed at a sample, over the length L of the point and the speed^order, with the mechanism's size S, the Newton
     steps e1 and e2 over S, k = 1 / (least singular value of the scaled Jacobian), the order n of the derivative:
@@ -189,18 +194,18 @@ def worst_misfit(
     one, two = mended.steps
     rest = two * np.minimum(np.divide(two, one, out=np.zeros_like(two), where=one > 0.0), 1.0)
     changed = mended.changes[order] / abs(reference.speed) ** order
-    rounding = ROUNDING * (1.0 + np.abs(angle) / (2.0 * math.pi) + changed)
+    rounding = ROUNDING_SHARE * (1.0 + np.abs(angle) / (2.0 * math.pi) + changed)
 
     def allowed(rows: Rows, gain: Array | float) -> Array:
         beyond = kinematics.size / length * (gain**order * rest[rows] + gain ** (order + 1) * rounding[rows])
-        return np.asarray(REST * second[rows] + beyond)
+        return np.asarray(REMAINDER_FACTOR * second[rows] + beyond)
 
     bounds, kept = allowed(slice(None), 1.0), np.ones(len(angle), dtype=bool)
     doubtful = np.flatnonzero(~(difference <= bounds))
     if len(doubtful):
         # The Jacobian's singular values take longer than all else, and can only allow more.
         poses = mended.second[0][doubtful]
-        kept[doubtful] = _predictable(kinematics, poses, one[doubtful], two[doubtful], angle[doubtful])
+        kept[doubtful] = _predictable_samples(kinematics, poses, one[doubtful], two[doubtful], angle[doubtful])
         doubtful = doubtful[kept[doubtful]]
     if len(doubtful):
         bounds[doubtful] = allowed(doubtful, 1.0 / kinematics.conditioning(mended.second[0][doubtful]))
@@ -211,31 +216,33 @@ def worst_misfit(
     return {"difference": float(difference[worst]), "allowed": float(bounds[worst]), "angle": float(angle[worst])}
 
 
-def _predictable(kinematics: Kinematics, poses: Array, one: Array, two: Array, angle: Array) -> NDArray[np.bool_]:
-    """Mask (T,) of samples that Newton iteration takes to the exact pose, where its derivatives are smooth.
+def _predictable_samples(
+    kinematics: Kinematics, poses: Array, one: Array, two: Array, angle: Array
+) -> NDArray[np.bool_]:
+    """Mask (T,) of samples from which Newton iteration reaches the exact pose, with smooth derivatives.
 
     Not so far off that the steps do not contract, nor next to a change point, or on the branch beyond it; nor where a
     roller passes from an arc of its cam to the next, and accelerations jump.
     """
-    contracts = (two <= CONTRACTION * one) | (two <= CONVERGED)
+    contracts = (two <= MAX_CONTRACTION * one) | (two <= CONVERGED_STEP)
     contracts &= ~kinematics.near_change(angle, CHANGE_POINT_DISTANCE)
     with np.errstate(all="ignore"):
         contracts &= kinematics.branch(poses) == kinematics.branch_at(angle)
     for end in kinematics.arc_ends if kinematics.mechanism.cam_contacts else ():
         apart = np.abs(np.remainder(angle - end + math.pi, 2.0 * math.pi) - math.pi)
-        contracts &= apart > BREAK + two
+        contracts &= apart > MIN_ARC_END_DISTANCE + two
     return np.asarray(contracts)
 
 
 def keep_worst(kept: dict[str, Misfit], quantity: str, found: Misfit | None) -> None:
-    """Keep the misfit of a quantity that is larger by what is allowed; what is no number is the largest."""
+    """Keep the larger misfit of a quantity, relative to its bound; NaN counts as the largest."""
     known = kept.get(quantity)
     if found and not (known and found["difference"] * known["allowed"] <= known["difference"] * found["allowed"]):
         kept[quantity] = found
 
 
 def merged_misfit(*several: Mapping[str, Misfit]) -> dict[str, Misfit]:
-    """The worst misfit of each quantity."""
+    """Worst misfit of each quantity over several sets."""
     kept: dict[str, Misfit] = {}
     for misfit in several:
         for quantity, found in misfit.items():
@@ -244,38 +251,38 @@ def merged_misfit(*several: Mapping[str, Misfit]) -> dict[str, Misfit]:
 
 
 def reference_misfit(reference: ExactReference) -> dict[str, Misfit]:
-    """Hold a reference to its own joint equations, without any engine: by quantity where the two fit least.
+    """Compare a reference with its own joint equations, without any engine; worst misfit by quantity.
 
     The solver's motion at some angles is taken for a measured one: mended by a Newton step, which is written apart from
     the solver's iteration, it has to be what it was, and the closed form's, where there is one.
     """
     low, high = reference.kinematics.span
-    angle = low + (high - low) * (np.arange(CHECKED_ANGLES) + ASIDE) / CHECKED_ANGLES
-    states = BodyStates(_steadily(reference, angle), *_in_time(reference, angle))
+    angle = low + (high - low) * (np.arange(CHECKED_ANGLES) + ANGLE_OFFSET) / CHECKED_ANGLES
+    states = BodyStates(_constant_speed_instants(reference, angle), *_solver_motion(reference, angle))
     return _states_misfit(reference, states, [states.poses, states.rates, states.accelerations])
 
 
 def solved_misfit(reference: ExactReference, angle: Array, poses: Array) -> dict[str, Misfit]:
-    """Hold a reference to poses (T, 3 n) that an engine's own joints gave at crank angles (T,) [rad]."""
+    """Compare a reference with poses (T, 3n) [m, m, rad] that an engine solved at crank angles (T,) [rad]."""
     still = np.zeros_like(poses)
-    return _states_misfit(reference, BodyStates(_steadily(reference, angle), poses, still, still))
+    return _states_misfit(reference, BodyStates(_constant_speed_instants(reference, angle), poses, still, still))
 
 
-def _steadily(reference: ExactReference, angle: Array) -> Instants:
-    """Instants at crank angles (T,) [rad] of a crank that turns at the nominal speed."""
+def _constant_speed_instants(reference: ExactReference, angle: Array) -> Instants:
+    """Instants at crank angles (T,) [rad] of a crank at the nominal speed."""
     return Instants(angle / reference.speed, angle, np.full_like(angle, reference.speed), np.zeros_like(angle))
 
 
-def _in_time(reference: ExactReference, angle: Array) -> list[Array]:
-    """The solver's poses, rates and accelerations (T, 3 n) at the nominal speed."""
+def _solver_motion(reference: ExactReference, angle: Array) -> list[Array]:
+    """Generic solver's poses, rates and accelerations (T, 3n) at the nominal crank speed."""
     derivatives = reference.kinematics.derivatives(angle, order=2)
     return [derivative * reference.speed**k for k, derivative in enumerate(derivatives)]
 
 
 def _states_misfit(reference: ExactReference, states: BodyStates, solver: Sequence[Array] = ()) -> dict[str, Misfit]:
-    """Misfits of the exact motion, and of the solver's where it is given, and of mended states."""
+    """Misfits between corrected states and the exact motion, and the solver's motion if given."""
     kinematics, at = reference.kinematics, states.instants
-    mended = MendedStates.of(kinematics, states, 2)
+    mended = CorrectedStates.from_measured(kinematics, states, 2)
     once, twice = map(kinematics.point_derivatives, (mended.first, mended.second))
     motions = [
         {name: vars(point) for name, point in reference.motion(at.angle, at.rate, at.acceleration).points.items()}

@@ -16,14 +16,14 @@ from conrod.studies.validation.plan import Plan
 
 MECHANISM_FILE = ".toml"
 ALL_ENGINES = "all"
-STEPS = (2, 10_000_000)
-REVOLUTIONS = (1, 1_000_000)
-# Of what is kept whole (forces, own models, tables, what is ablated), at about 3 kB a sample: this is 1.5 GB.
-MOST_SAMPLES = 500_000
-# Of what is compared as it comes. It takes some 40 us a step with its refinement path, so that most do not end in time.
-MOST_STREAMED = 20_000_000
-TOLERANCES = ("position", "velocity", "acceleration", "total", "velocity_rms", "phase")
-SMALLEST_TOLERANCE, LARGEST_TOLERANCE = 1e-300, 1e6
+STEPS_RANGE = (2, 10_000_000)
+REVOLUTIONS_RANGE = (1, 1_000_000)
+# For studies that keep all samples (forces, own models, tables, ablate): at about 3 kB a sample this is 1.5 GB.
+MAX_KEPT_SAMPLES = 500_000
+# For runs that are compared while they run: some 40 us a step with the refinement path, so most would time out.
+MAX_STREAMED_SAMPLES = 20_000_000
+TOLERANCE_NAMES = ("position", "velocity", "acceleration", "total", "velocity_rms", "phase")
+MIN_TOLERANCE, MAX_TOLERANCE = 1e-300, 1e6
 
 
 OneScene: TypeAlias = str | Path | Scene | tuple[str, Scene]  # of a pair the first is what it is called
@@ -32,7 +32,7 @@ Engines: TypeAlias = str | Sequence[str | Engine[Any]] | None
 
 
 class EngineLeftOut(UserWarning):
-    """An engine that nobody named cannot be loaded, and takes no part."""
+    """Warning that an engine which the user did not name cannot be loaded, and is left out."""
 
 
 def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
@@ -43,7 +43,7 @@ def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
     """
     if isinstance(scenes, Mapping):
         return dict(scenes)
-    given: list[OneScene] = [scenes] if is_one(scenes) else list(scenes)  # type: ignore[list-item, arg-type] # told apart
+    given: list[OneScene] = [scenes] if is_single_scene(scenes) else list(scenes)  # type: ignore[list-item, arg-type] # told apart
     names = [str(one) for one in given if isinstance(one, str | Path)]
     found = select_scenes(names, ()) if names or not given else {}
     for one in given:
@@ -56,21 +56,21 @@ def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
     return found
 
 
-def is_one(scenes: object) -> bool:
-    """True of one scene, False of a sequence of scenes."""
+def is_single_scene(scenes: object) -> bool:
+    """True for one scene, False for a sequence of scenes."""
     pair = isinstance(scenes, tuple) and len(scenes) == 2 and isinstance(scenes[1], Scene)
     return isinstance(scenes, str | Path | Scene) or pair
 
 
 def scene_by_name(scene: OneScene) -> tuple[str, Scene]:
-    """One scene with its name."""
+    """Find one scene, and return its name and the scene."""
     if isinstance(scene, tuple):
         return scene
     return select_scene(scene if isinstance(scene, Scene) else str(scene), ())
 
 
 def choose_engines(engines: Engines) -> list[Engine[Any]]:
-    """Engines by name or as objects; of "all" every installed one, of none those that take part by themselves.
+    """Find engines by name or object; "all" gives every installed engine, None the default engines.
 
     Raises:
         InvalidInput: there is no such engine, or it cannot be loaded.
@@ -80,21 +80,21 @@ def choose_engines(engines: Engines) -> list[Engine[Any]]:
     names = [one for one in given if isinstance(one, str)]
     if objects and not names:
         return objects
-    return [*objects, *select_engines(names, left_out=_warn)]
+    return [*objects, *select_engines(names, left_out=_warn_left_out)]
 
 
 def engine_names_given(engines: Engines) -> tuple[str, ...]:
-    """Names of the engines that a caller named."""
+    """Names of the engines that the caller gave."""
     given = [engines] if isinstance(engines, str) else list(engines or ())
     return tuple(one if isinstance(one, str) else one.name for one in given)
 
 
-def _warn(reason: str) -> None:
+def _warn_left_out(reason: str) -> None:
     warnings.warn(f"left out: {reason}", EngineLeftOut, stacklevel=4)
 
 
 def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:
-    """Scenes by name or from files, those in closed form where none is named; parameters may have other values.
+    """Find scenes by name or file, with parameter values assigned; closed-form scenes if none is named.
 
     The word `catalogue` stands for all machines of the catalogue. An assignment `name=value` applies to every selected
     scene that has the parameter.
@@ -105,19 +105,19 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
     if spatial := next((name for name in names if name in SPATIAL_MACHINES), None):
         takes = f"`conrod validate {spatial}` and `conrod export {spatial} --format mjcf`"
         raise InvalidInput(f"{spatial} is a machine in space: {takes} take it")
-    return _assigned(_named(names or list(SCENES)), assignments)
+    return _assign_parameters(_find_scenes(names or list(SCENES)), assignments)
 
 
-def _assigned(scenes: Mapping[str, Scene], assignments: Sequence[str]) -> dict[str, Scene]:
+def _assign_parameters(scenes: Mapping[str, Scene], assignments: Sequence[str]) -> dict[str, Scene]:
     known = {name for scene in scenes.values() for name in scene.parameter_facts()}
     values = named_values(assignments, "--set", kind="parameter", known=known)
-    return {name: _with_values(scene, values) for name, scene in scenes.items()}
+    return {name: _with_parameters(scene, values) for name, scene in scenes.items()}
 
 
 def select_scene(name: str | Scene, assignments: Sequence[str]) -> tuple[str, Scene]:
-    """One scene, as `select_scenes` does, with the name that it goes by; one that is there already by its kind."""
+    """Find one scene as `select_scenes` does; return its name (the kind for a scene object) and the scene."""
     if isinstance(name, Scene):
-        return name.kind, _assigned({name.kind: name}, assignments)[name.kind]
+        return name.kind, _assign_parameters({name.kind: name}, assignments)[name.kind]
     if name == CATALOGUE:
         raise InvalidInput(f"{name!r} stands for many machines: name one of them; `conrod show` lists them")
     ((known_as, scene),) = select_scenes([name], assignments).items()
@@ -125,7 +125,7 @@ def select_scene(name: str | Scene, assignments: Sequence[str]) -> tuple[str, Sc
 
 
 def scene(name: str | Path, **parameters: float | str) -> Scene:
-    """A scene that ships, by its name, or one from a mechanism file; its parameters may have other values.
+    """Return a shipped scene by name, or a scene from a mechanism file, with parameter values assigned.
 
     Args:
         parameters: numbers in SI, or text with a unit: `scene("saw-40rpm", crank="80 mm")`.
@@ -136,67 +136,67 @@ def scene(name: str | Path, **parameters: float | str) -> Scene:
     return select_scene(str(name), [f"{one}={value}" for one, value in parameters.items()])[1]
 
 
-def scene_text(scene: str | Scene) -> str:
-    """Name that a user gives a machine: as it was typed, or the kind of one that is there already."""
+def scene_label(scene: str | Scene) -> str:
+    """Name of a machine: the text that the user typed, or the kind of a scene object."""
     return scene if isinstance(scene, str) else scene.kind
 
 
-def typed_names(names: Sequence[str]) -> dict[str, str]:
-    """Arguments typed for the scenes that come from files, by the names that `select_scenes` gives these.
+def arguments_of_files(names: Sequence[str]) -> dict[str, str]:
+    """Arguments typed for scenes from files, by the scene names that `select_scenes` gives them.
 
     Whoever makes a report again has to name the file, not the machine in it.
     """
     from conrod.mechanism.files import read_tables
 
-    return {read_tables(Path(given))["name"]: given for given in names if is_file(given)}
+    return {read_tables(Path(given))["name"]: given for given in names if is_mechanism_file(given)}
 
 
-def is_file(given: str) -> bool:
-    """True if what a user named is a mechanism file, and not the name of a scene."""
+def is_mechanism_file(given: str) -> bool:
+    """True if the user's argument is a mechanism file, False for a scene's name."""
     return given.lower().endswith(MECHANISM_FILE)
 
 
-def machine_text(given: str) -> bytes | None:
-    """The mechanism file of what a user named as one scene, as it is written; None of a scene in closed form."""
+def mechanism_file_bytes(given: str) -> bytes | None:
+    """Content of a scene's mechanism file; None for a closed-form scene."""
     if given in SCENES:
         return None
-    return Path(given).read_bytes() if is_file(given) else catalogue_text(given).encode()
+    return Path(given).read_bytes() if is_mechanism_file(given) else catalogue_text(given).encode()
 
 
-def _named(names: Sequence[str]) -> dict[str, Scene]:
-    """Scenes by name; one from a file goes by the name that stands in it, which can be a file's name anywhere.
+def _find_scenes(names: Sequence[str]) -> dict[str, Scene]:
+    """Find scenes by name or file; a scene from a file has the name written in the file.
 
     A file may have the name of a machine of the catalogue, as a changed copy of it has, but not beside that machine.
     """
     scenes: dict[str, Scene] = {}
     files: dict[str, str] = {}
     for given in (one for name in names for one in (catalogue_names() if name == CATALOGUE else (name,))):
-        if Path(given).suffix and not is_file(given):
+        if Path(given).suffix and not is_mechanism_file(given):
             raise InvalidInput(f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}")
-        scene = _from_file(given) if is_file(given) else scene_named(given)
-        name = scene.kind if is_file(given) else given
-        if name in files or (is_file(given) and (name in SCENES or name in scenes)):
-            file = given if is_file(given) else files[name]
+        scene = _read_scene_file(given) if is_mechanism_file(given) else scene_named(given)
+        name = scene.kind if is_mechanism_file(given) else given
+        if name in files or (is_mechanism_file(given) and (name in SCENES or name in scenes)):
+            file = given if is_mechanism_file(given) else files[name]
             raise InvalidInput(f"{file}: name = {name!r} is taken by another scene; give the one in the file another")
-        files |= {name: given} if is_file(given) else {}
+        files |= {name: given} if is_mechanism_file(given) else {}
         scenes[name] = scene
     return scenes
 
 
-def _from_file(name: str) -> Scene:
+def _read_scene_file(name: str) -> Scene:
     from conrod.scenes.described_scene import read_scene  # what reads units takes its time to load
 
     return read_scene(Path(name))
 
 
-def _with_values(scene: Scene, values: Mapping[str, str]) -> Scene:
+def _with_parameters(scene: Scene, values: Mapping[str, str]) -> Scene:
     facts = scene.parameter_facts()
     chosen = {name: parse_quantity(name, text, facts[name].unit) for name, text in values.items() if name in facts}
     return scene.with_parameters(**chosen) if chosen else scene
 
 
 def select_engines(names: Sequence[str], left_out: Callable[[str], None] = lambda reason: None) -> list[Engine[Any]]:
-    """The engines of some names; of `all` every installed one, of no name those that take part by themselves.
+    """Find engines by name; `all` gives every installed engine, no name the default engines.
 
     Args:
         left_out: takes a line on each engine that nobody named and that cannot be loaded.
@@ -214,7 +214,7 @@ def select_engines(names: Sequence[str], left_out: Callable[[str], None] = lambd
 
 
 def select_presets(engines: Sequence[Engine[Any]], preset: str | None) -> dict[str, tuple[str, ...]]:
-    """Presets to run, by engine name: the one asked for where an engine has it, or all.
+    """Presets to run by engine name: the requested one where the engine has it, or all.
 
     Raises:
         InvalidInput: no selected engine has the preset.
@@ -236,16 +236,16 @@ def make_plan(
     steps_per_revolution: int | None,
     revolutions: int,
     tolerance: Mapping[str, float] | None,
-    most: int = MOST_SAMPLES,
+    most: int = MAX_KEPT_SAMPLES,
 ) -> Plan:
-    """The plan of a validation.
+    """Make the plan of a validation from checked arguments.
 
     Raises:
         InvalidInput: a count or a tolerance out of range, or more samples than `most`.
     """
     if steps_per_revolution is not None:
-        check_count("--steps-per-rev", steps_per_revolution, *STEPS)
-    check_count("--revolutions", revolutions, *REVOLUTIONS)
+        check_count("--steps-per-rev", steps_per_revolution, *STEPS_RANGE)
+    check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
     asked = None if tolerance is None else check_tolerance(tolerance)
     plan = Plan(steps_per_revolution, float(revolutions), asked)
     for name, scene in scenes.items():
@@ -253,25 +253,25 @@ def make_plan(
     return plan
 
 
-def check_table(name: str, samples_per_revolution: int, revolutions: int) -> None:
-    """Refuse a table of the exact trajectory that is too long.
+def check_sample_count(name: str, samples_per_revolution: int, revolutions: int) -> None:
+    """Refuse a table of the exact motion with too many samples.
 
     Raises:
         InvalidInput: a count out of range, or more samples than can be kept.
     """
-    check_count("--steps-per-rev", samples_per_revolution, *STEPS)
-    check_count("--revolutions", revolutions, *REVOLUTIONS)
+    check_count("--steps-per-rev", samples_per_revolution, *STEPS_RANGE)
+    check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
     _check_samples(name, samples_per_revolution, revolutions)
 
 
-def _check_samples(name: str, steps: int, revolutions: int, most: int = MOST_SAMPLES) -> None:
+def _check_samples(name: str, steps: int, revolutions: int, most: int = MAX_KEPT_SAMPLES) -> None:
     if (samples := steps * revolutions) > most:
         asked = f"{steps} steps x {revolutions} revolutions = {samples} samples"
         raise InvalidInput(f"{name}: {asked} are too many: there may be {most}")
 
 
-def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOLERANCES) -> dict[str, float]:
-    """Allowed errors by quantity: normalised, or in SI units.
+def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOLERANCE_NAMES) -> dict[str, float]:
+    """Check allowed errors by quantity (normalised, or in SI units) and return them.
 
     Args:
         known: quantities that may be judged; units by quantity where they have units.
@@ -285,5 +285,5 @@ def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOL
         if name not in known:
             raise unknown_choice("quantity", name, known)
         unit = unit_in_prose(known[name]) if isinstance(known, Mapping) else ""
-        check_number(f"--tolerance {name}", allowed, SMALLEST_TOLERANCE, LARGEST_TOLERANCE, unit)
+        check_number(f"--tolerance {name}", allowed, MIN_TOLERANCE, MAX_TOLERANCE, unit)
     return dict(tolerance)

@@ -1,4 +1,4 @@
-"""The result of a scene in an engine with a preset, and the cases of a validation, which have one."""
+"""The result of a scene in an engine with a preset, and the cases that have such a result."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from conrod.runs.plain_values import plain_values, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import MEASURES, RESULT_VERSION, Case, Measurement, Study
-from conrod.studies.frame.prediction import POINTS
-from conrod.studies.frame.run import LEAST_STEPS
+from conrod.studies.frame.prediction import POINTS_PREFIX
+from conrod.studies.frame.run import MIN_PASS_STEPS
 
 AS_ASKED = "as asked for"
-# Refinement path: everything a preset states in steps or periods follows the step; nothing else changes.
-LINKAGE_PATH, CONTACT_PATH = (8, 4, 2, 1), (16, 8, 4, 2)
-# Of a result, those that have a column of their own in a table of many results.
-COLUMNS = ("closure", "phase", "drive", "prediction")
+# Refinement path: the steps per revolution are divided by these; what a preset states in steps or periods follows.
+LINKAGE_DIVISORS, CONTACT_DIVISORS = (8, 4, 2, 1), (16, 8, 4, 2)
+# Fields of a result that have their own columns in the table of results.
+TABLE_FIELDS = ("closure", "phase", "drive", "prediction")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,47 +51,47 @@ class Result(ABC):
     @property
     @abstractmethod
     def limits(self) -> Mapping[str, float]:
-        """Allowed errors, by the names of tolerances; empty where nothing is judged."""
+        """Allowed errors by tolerance name; empty if nothing is judged."""
 
     @property
     def distrust(self) -> str:
-        """Why conrod's own figures cannot be trusted, in words; empty where nothing speaks against them."""
+        """Reason to distrust conrod's own figures, in words; empty if there is none."""
         return ""
 
     def faults(self) -> list[str]:
-        """Reasons that fail it besides errors out of tolerance, in words."""
+        """Reasons for failing the result other than errors out of tolerance, in words."""
         return []
 
     @abstractmethod
     def largest(self, quantity: str, measure: str = "max") -> float | None:
-        """Largest error of a quantity; None where there is none."""
+        """Largest error of a quantity; None if the quantity has no error."""
 
     def judged_error(self, name: str) -> float | None:
-        """The error that a tolerance of this name is compared with."""
+        """Error that the tolerance of this name is compared with."""
         return self.largest(name)
 
-    def exceeded(self) -> dict[str, tuple[float | None, float]]:
-        """Judged quantities that are out of tolerance: what was found (None: nothing) and what is allowed."""
+    def out_of_tolerance(self) -> dict[str, tuple[float | None, float]]:
+        """Error found (None: no error) and allowed error, by judged quantity out of tolerance."""
         pairs = {name: (self.judged_error(name), allowed) for name, allowed in self.limits.items()}
         return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
 
-    def judged(self, asked: Mapping[str, float] | None = None) -> Self:
-        """The result with the verdict.
+    def with_verdict(self, asked: Mapping[str, float] | None = None) -> Self:
+        """Return the result with its verdict.
 
         Args:
-            asked: tolerances that take the place of its own; whoever gives them is judged by these alone.
+            asked: tolerances that replace the result's own.
         """
         if self.outcome == Outcome.UNSUPPORTED.slug:
             return self
-        result = self if asked is None else self._held_to(asked)
+        result = self if asked is None else self._with_tolerances(asked)
         if self.distrust:
             return replace(result, passed=False)
-        passed = result.completed and not result.exceeded() and not (asked is None and result.faults())
+        passed = result.completed and not result.out_of_tolerance() and not (asked is None and result.faults())
         return replace(result, passed=passed if result.limits else None)
 
     @abstractmethod
-    def _held_to(self, asked: Mapping[str, float]) -> Self:
-        """The result with other tolerances."""
+    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
+        """Return the result with other tolerances."""
 
 
 Found = TypeVar("Found", bound=Result)
@@ -108,20 +108,20 @@ class SceneResults(Generic[Found]):
 
     @property
     def passed(self) -> bool:
-        """No judged result is out of tolerance."""
+        """True if no judged result failed."""
         return all(result.passed is not False for result in self.results)
 
 
 def contradictions(misfit: Mapping[str, Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
-    """Return the quantities whose measured errors the joints' gaps do not explain."""
+    """Return the quantities whose measured errors the constraint violations do not explain."""
     return {name: found for name, found in misfit.items() if not found["difference"] <= found["allowed"]}
 
 
 def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:
     """Say what contradicts the exact motion; empty where nothing does."""
     wrong = contradictions(misfit)
-    if any(name.startswith(POINTS) for name in wrong):
-        apart = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS))
+    if any(name.startswith(POINTS_PREFIX) for name in wrong):
+        apart = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS_PREFIX))
         return f"the measured points are not those of the bodies whose joints predict their errors, by {apart:.2g}"
     if not wrong:
         return ""
@@ -136,14 +136,14 @@ def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:
 
 def refinement_path(scene: Scene, steps: int) -> tuple[int, ...]:
     """Steps per revolution at which the order is observed."""
-    divisors = CONTACT_PATH if scene.kinematics.mechanism.cam_contacts else LINKAGE_PATH
+    divisors = CONTACT_DIVISORS if scene.kinematics.mechanism.cam_contacts else LINKAGE_DIVISORS
     return tuple(dict.fromkeys(max(2, round(steps / d)) for d in divisors))
 
 
-def refine(
+def run_refinement_path(
     scene: Scene, steps: int, revolutions: float, finest: Point, run: Callable[[int, float, float], Point]
 ) -> tuple[Point, ...]:
-    """The runs of the refinement path.
+    """Make the runs of the refinement path, and return one point for each.
 
     Args:
         revolutions: asked for.
@@ -153,7 +153,7 @@ def refine(
     path, judged = refinement_path(scene, steps), run_extent(scene, steps, revolutions)
     # Of one pass all take the part that the longest steps have room for, of those that fit into it.
     if scene.kinematics.mechanism.driver.span is not None:
-        path = tuple(n for n in path if n * judged[1] >= LEAST_STEPS)
+        path = tuple(n for n in path if n * judged[1] >= MIN_PASS_STEPS)
     start, turns = run_extent(scene, min(path), revolutions)
     known = (start, turns) == judged
     return tuple(finest if known and n == steps else run(n, turns, start) for n in path)
@@ -186,8 +186,8 @@ class EngineCase(Case, Generic[Found]):
         return self.engine
 
     @property
-    def made_by(self) -> Engine[Any]:
-        """The engine itself."""
+    def loaded_engine(self) -> Engine[Any]:
+        """Engine of this name, loaded."""
         return engine_named(self.engine)
 
     @property
@@ -197,28 +197,28 @@ class EngineCase(Case, Generic[Found]):
 
     @property
     def tolerance(self) -> Mapping[str, float] | None:
-        """Tolerances that are asked for; None for those of the study's own accord."""
+        """Tolerances that the user asked for; None for the study's own."""
         asked: Mapping[str, float] | None = self.plan.tolerance
         return asked
 
     @abstractmethod
-    def started(self) -> Found:
-        """A result of which nothing is measured yet."""
+    def empty_result(self) -> Found:
+        """Return the result with its known facts, before anything is measured."""
 
     @abstractmethod
     def run(self) -> Found:
-        """The result, judged by what the study requires of its own accord; raises InvalidInput as `perform`."""
+        """Make the runs, and return the result judged by the study's own tolerances; raises as `perform`."""
 
-    def ended(self, outcome: Outcome, reason: str) -> Found:
-        """The result where the process that ran the case did not live to give one."""
-        return replace(self.started(), outcome=outcome.slug, reason=reason).judged(self.tolerance)
+    def failed_result(self, outcome: Outcome, reason: str) -> Found:
+        """Return the result of a case whose process ended without giving one."""
+        return replace(self.empty_result(), outcome=outcome.slug, reason=reason).with_verdict(self.tolerance)
 
     @abstractmethod
-    def determined_by(self) -> dict[str, Any]:
-        """All besides scene, engine and preset that determines the result, as plain values."""
+    def key_fields(self) -> dict[str, Any]:
+        """Plain values that determine the result in addition to scene, engine and preset; part of the key."""
 
-    def facts(self) -> dict[str, Any]:
-        """Fields of the result that the case gives: equal machines may have other names."""
+    def case_fields(self) -> dict[str, Any]:
+        """Fields of the result taken from the case, not from the ledger: equal machines may differ in name."""
         return {"scene": self.name, "parameters": self.scene.parameters}
 
     def perform(self) -> Measurement:
@@ -227,22 +227,22 @@ class EngineCase(Case, Generic[Found]):
             q: {m: size for m in self.measures if (size := found.largest(q, m)) is not None} for q in self.quantities
         }
         kept = {"sizes": sizes, "passed": found.passed, "result": plain_values(found)}
-        columns = {name: getattr(found, name, None) for name in COLUMNS}
-        return Measurement(found.outcome, found.reason, **columns, beside=kept)
+        columns = {name: getattr(found, name, None) for name in TABLE_FIELDS}
+        return Measurement(found.outcome, found.reason, **columns, payload=kept)
 
     def result(self, measurement: Measurement) -> Found:
-        """The result that a measurement of this case holds, judged by the tolerances that are asked for.
+        """Restore the result from this case's measurement, judged by the requested tolerances.
 
         Raises:
             InvalidInput: the measurement is of another kind.
         """
-        if measurement.beside is None:
-            return self.ended(Outcome.from_slug(measurement.outcome), measurement.reason)
-        kept: Found = restore(self.kind, measurement.beside["result"])
-        return replace(kept, **self.facts()).judged(self.tolerance)
+        if measurement.payload is None:
+            return self.failed_result(Outcome.from_slug(measurement.outcome), measurement.reason)
+        kept: Found = restore(self.kind, measurement.payload["result"])
+        return replace(kept, **self.case_fields()).with_verdict(self.tolerance)
 
-    def _read(self, measurement: Measurement) -> None:
-        if measurement.beside is not None:
+    def _check_readable(self, measurement: Measurement) -> None:
+        if measurement.payload is not None:
             self.result(measurement)
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
@@ -253,14 +253,14 @@ class EngineCase(Case, Generic[Found]):
             "scene": self.scene.kind,
             "parameters": parameters,
             "engine": self.engine,
-            "engine_version": self.made_by.version,
+            "engine_version": self.loaded_engine.version,
             "preset": self.preset,
-            **self.determined_by(),
+            **self.key_fields(),
         }
 
 
-def results_of(cases: Iterable[EngineCase[Found]]) -> Study[dict[str, tuple[Found, ...]]]:
-    """The study that asks for all cases in one round: results by scene, in the order of the cases."""
+def case_results(cases: Iterable[EngineCase[Found]]) -> Study[dict[str, tuple[Found, ...]]]:
+    """Study that runs all cases in one round; returns results by scene, in the order of the cases."""
     asked = list(cases)
     kept = yield asked
     found: dict[str, list[Found]] = {case.name: [] for case in asked}
@@ -269,19 +269,19 @@ def results_of(cases: Iterable[EngineCase[Found]]) -> Study[dict[str, tuple[Foun
     return {name: tuple(results) for name, results in found.items()}
 
 
-def study_of(
+def presets_study(
     case: type[EngineCase[Found]],
     scenes: Mapping[str, Scene],
     engines: Sequence[Engine[Any]],
     presets: Mapping[str, Sequence[str | None]],
     plan: Any,
 ) -> Study[list[SceneResults[Found]]]:
-    """The study of some scenes: one round of cases of a kind, scene by scene, engine by engine, each preset.
+    """Study of each scene in each engine with each preset, by one kind of case, in one round.
 
     Args:
         presets: to run, by engine name.
     """
-    found = yield from results_of(
+    found = yield from case_results(
         case(name, scene, engine.name, preset, plan)
         for name, scene in scenes.items()
         for engine in engines

@@ -1,4 +1,4 @@
-"""The ledger as a tidy table: a row a run, and machine that timed it."""
+"""The ledger as a tidy table: one row for each run and each machine that timed it."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from conrod.runs.comparison import QUANTITIES as COMPARED
 from conrod.studies.frame.case import MEASURES, QUANTITIES, Measurement
 from conrod.studies.frame.timing import Timing
 
-# Of runs that only one study makes, a part of the identity that only these have.
-MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}, "versions": {"bits"}}
-TIMED = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
+# Study -> names that only the identities of its runs have.
+STUDY_MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}, "versions": {"bits"}}
+TIMING_FIELDS = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
 
 
 def tidy_row(
     key: str, name: str, identity: Mapping[str, Any], measurement: Measurement | None, timing: Timing | None
 ) -> dict[str, Any]:
-    """The row of a run; what it does not have is None.
+    """Make the row of a run; a column without a value is None.
 
     Columns, in this order:
         key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, `forces` or `free`,
-        else limits, ablate, versions, or sweep (`study_of`); parameter.NAME [SI], of a machine from a file its
+        else limits, ablate, versions, or sweep (`study_name`); parameter.NAME [SI], of a machine from a file its
         mechanism as JSON; engine, engine_version; preset that settings are or come from: None of others, and of runs
         kept before presets were noted with them;
         setting.NAME [SI];
@@ -42,41 +42,41 @@ def tidy_row(
         "key": key,
         "scene": name,
         "kind": identity["scene"],
-        "study": study_of(identity),
-        **{f"parameter.{n}": _plain(value) for n, value in identity["parameters"].items()},
+        "study": study_name(identity),
+        **{f"parameter.{n}": _table_value(value) for n, value in identity["parameters"].items()},
         "engine": identity["engine"],
         "engine_version": identity["engine_version"],
         "preset": identity.get("preset", identity.get("label")),
-        **{f"setting.{n}": _plain(value) for n, value in settings.items()},
+        **{f"setting.{n}": _table_value(value) for n, value in settings.items()},
         "steps_per_revolution": steps,
         "revolutions": identity.get("revolutions"),
         "start_angle": identity.get("start_angle"),
         "result_version": identity["result_version"],
-        **_measured(measurement),
-        **{name: None if timing is None else getattr(timing, name) for name in TIMED},
+        **_measurement_columns(measurement),
+        **{name: None if timing is None else getattr(timing, name) for name in TIMING_FIELDS},
     }
 
 
-def study_of(identity: Mapping[str, Any]) -> str:
-    """The study of a run, by what its identity holds; sweep of a plain run, which sweep, recommend and ablate share."""
-    for study, marks in MARKS.items():
+def study_name(identity: Mapping[str, Any]) -> str:
+    """Name of the study that made a run, from its identity; "sweep" for runs that several studies share."""
+    for study, marks in STUDY_MARKS.items():
         if not marks.isdisjoint(identity):
             return study
     return str(identity.get("study", "sweep"))
 
 
-def _plain(value: Any) -> Any:
-    """A value that a cell of a table can hold: what a setting holds several of becomes text."""
+def _table_value(value: Any) -> Any:
+    """Value for one cell of a table: a mapping becomes JSON, a list text."""
     if isinstance(value, Mapping):
         return json.dumps(value, sort_keys=True)
     return " ".join(str(part) for part in value) if isinstance(value, list | tuple) else value
 
 
-def _measured(measurement: Measurement | None) -> dict[str, Any]:
+def _measurement_columns(measurement: Measurement | None) -> dict[str, Any]:
     m = measurement if measurement is not None else Measurement(outcome="")
     closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
     predicted = {q: prediction.get(q, {}) for q in QUANTITIES}
-    kept = m.beside or {}
+    kept = m.payload or {}
     return {
         "outcome": m.outcome or None,
         "reason": m.reason or None,
@@ -92,7 +92,7 @@ def _measured(measurement: Measurement | None) -> dict[str, Any]:
 
 
 def table_text(rows: Sequence[Mapping[str, Any]], form: str) -> str:
-    """Rows with the union of their columns: csv (an empty cell where there is no value) or json (an object a line)."""
+    """Rows as text, with the union of their columns: csv, or json with one object a line."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
     if form == "json":
         lines = [json.dumps({name: row.get(name) for name in columns}, allow_nan=False) for row in rows]

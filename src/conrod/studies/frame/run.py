@@ -21,10 +21,10 @@ from conrod.studies.frame.prediction import Prediction
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
 SIGNED_ANGLES = 20
-LEAST_STEPS = 3  # of a pass: before the first acceleration that is a difference of velocities
+MIN_PASS_STEPS = 3  # fewer steps have no acceleration that is a difference of velocities
 # The errors are those of every sample. The prediction from the joints costs several times as much, and proves as much
-# at so many samples a turn.
-PREDICTED_PER_TURN = 2000
+# at this many samples a revolution.
+PREDICTED_SAMPLES_PER_TURN = 2000
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class RunCase(Case):
 
     @property
     def engine_version(self) -> str:
-        """Version of the engine that runs it."""
+        """Version of the engine that runs the case."""
         return engine_named(self.settings.engine).version
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
@@ -78,29 +78,29 @@ class RunCase(Case):
 AnyRun = TypeVar("AnyRun", bound=RunCase)
 
 
-def as_run(case: AnyRun) -> AnyRun:
-    """The case with the stretch that is run: of an input that cannot turn fully its one pass, whatever is asked."""
+def clamp_to_span(case: AnyRun) -> AnyRun:
+    """Return the case with the angles that are run: one pass if the input cannot turn fully."""
     if case.scene.kinematics.mechanism.driver.span is None:
         return case
     start, revolutions = run_extent(case.scene, case.settings.steps_per_revolution, case.revolutions)
     return replace(case, start_angle=start, revolutions=revolutions)
 
 
-def not_run(case: RunCase, machine: Machine) -> Measurement | None:
-    """None, or the measurement of a case that its engine cannot have, or whose one pass has room for too few steps.
+def unsupported_measurement(case: RunCase, machine: Machine) -> Measurement | None:
+    """Return an "unsupported" measurement if the engine refuses the case or the pass is too short, else None.
 
     Args:
-        case: with the stretch that is run, see `as_run`.
+        case: with the stretch that is run, see `clamp_to_span`.
 
     Raises:
         InvalidInput: as `conrod.run`.
     """
     steps, span = case.settings.steps_per_revolution, machine.kinematics.mechanism.driver.span
     refusal, taken = engine_named(case.settings.engine).refusal(machine, case.settings), round(steps * case.revolutions)
-    if refusal is None and span is not None and taken < LEAST_STEPS:
+    if refusal is None and span is not None and taken < MIN_PASS_STEPS:
         refusal = (
             f"the pass is {taken} steps long at {steps} steps a revolution; "
-            f"{LEAST_STEPS} are needed to have accelerations"
+            f"{MIN_PASS_STEPS} are needed to have accelerations"
         )
     if refusal is not None:
         return Measurement(Outcome.UNSUPPORTED.slug, refusal)
@@ -108,22 +108,22 @@ def not_run(case: RunCase, machine: Machine) -> Measurement | None:
     return None
 
 
-def measure(case: RunCase, every: Callable[[Trajectory], None] = lambda _: None) -> Measurement:
+def measure(case: RunCase, on_piece: Callable[[Trajectory], None] = lambda _: None) -> Measurement:
     """Run a case and compare it with the exact motion.
 
     Args:
-        every: see `run_with_recorders`.
+        on_piece: called with each piece of the run, see `run_with_recorders`.
 
     Raises:
         InvalidInput: as `conrod.run`.
     """
-    engine, case = engine_named(case.settings.engine), as_run(case)
-    if (unsupported := not_run(case, case.scene)) is not None:
+    engine, case = engine_named(case.settings.engine), clamp_to_span(case)
+    if (unsupported := unsupported_measurement(case, case.scene)) is not None:
         return unsupported
     errors, signed = RunErrors(), SignedErrors(case)
-    prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_PER_TURN))
+    prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_SAMPLES_PER_TURN))
     span, recorders = (case.revolutions, case.start_angle), (errors, prediction, signed)
-    ended = run_with_recorders(engine, case.scene, case.settings, *span, *recorders, on_piece=every)
+    ended = run_with_recorders(engine, case.scene, case.settings, *span, *recorders, on_piece=on_piece)
     if ended.outcome is not Outcome.COMPLETED:
         return Measurement(ended.outcome.slug, ended.reason)
     return Measurement(
@@ -159,7 +159,7 @@ class SignedErrors:
                 self._near[name, quantity].append(Track(track.instants[near], track.values[near]))
 
     def errors(self) -> dict[str, dict[str, list[list[float]]]]:
-        """By point and quantity (K, 2)."""
+        """Signed errors (K, 2) by point and quantity, normalised."""
         found: defaultdict[str, dict[str, list[list[float]]]] = defaultdict(dict)
         for (name, quantity), near in self._near.items():
             track: Track = ArrayMapper(np.concatenate)(*near)

@@ -1,4 +1,4 @@
-"""CPU time of a run, with nothing recorded, and as a ratio to the engine's fixed reference loop.
+"""CPU time of a run with nothing recorded, also as a ratio to the engine's fixed reference loop.
 
 The reference loop is timed just before each repeat, in the same process, so that a ratio carries from one machine to
 another.
@@ -24,9 +24,9 @@ from conrod.runs.trajectory import Settings
 REPEATS = 3
 REFERENCE_STEPS = 1000
 # A repeat is at least this long [s], in whole revolutions: far above what the clock and the calls cost.
-LEAST_TIME = 5e-3
-MOST_REVOLUTIONS = 1000
-BLOCK = 2000  # steps in one call of the engine
+MIN_REPEAT_TIME = 5e-3
+MAX_REPEAT_REVOLUTIONS = 1000
+STEPS_PER_CALL = 2000  # steps in one call of the engine
 
 # CPU time of the process [ns]: an engine may step in threads of its own, as MJX does.
 Clock = Callable[[], int]
@@ -39,7 +39,7 @@ def time_run(
     *,
     clock: Clock = time.process_time_ns,
 ) -> Timing | None:
-    """The least CPU time of a revolution in some repeats, after a warm-up of one revolution, or of its first steps.
+    """Measure the least CPU time of a revolution over some repeats, after a warm-up.
 
     An input that makes one pass makes it as often as a repeat is long, and each time a new machine.
 
@@ -57,34 +57,34 @@ def time_run(
     turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
     length = max(1, round(turn * run_extent(machine, turn, 1.0)[1]))  # a revolution, or the pass
     reference(REFERENCE_STEPS)
-    first = min(length, BLOCK)
-    warm_up = _spent([(advance, first)], clock)
-    runs = max(1, min(MOST_REVOLUTIONS, math.ceil(1e9 * LEAST_TIME / max(1.0, warm_up * length / first))))
+    first = min(length, STEPS_PER_CALL)
+    warm_up = _cpu_time([(advance, first)], clock)
+    runs = max(1, min(MAX_REPEAT_REVOLUTIONS, math.ceil(1e9 * MIN_REPEAT_TIME / max(1.0, warm_up * length / first))))
     steps = runs * length
     references, spent = list[int](), list[int]()
     for _ in range(REPEATS):
         # In turns, so that whatever else the machine is doing then slows both alike.
         timed = [(advance, steps)] if turns else [(made.stepper(machine, settings), length) for _ in range(runs)]
-        references.append(_spent([(reference, REFERENCE_STEPS)], clock))
-        spent.append(_spent(timed, clock))
+        references.append(_cpu_time([(reference, REFERENCE_STEPS)], clock))
+        spent.append(_cpu_time(timed, clock))
     seconds, reference_seconds = 1e-9 * min(spent) * turn / steps, 1e-9 * min(references) / REFERENCE_STEPS
-    return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), fingerprint())
+    return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), machine_fingerprint())
 
 
-def _spent(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock) -> int:
-    """CPU time [ns] of so many steps of each."""
+def _cpu_time(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock) -> int:
+    """CPU time [ns] of some steppers, each with its number of steps."""
     begin = clock()
     for advance, steps in timed:
-        for done in range(0, steps, BLOCK):
-            advance(min(BLOCK, steps - done))
+        for done in range(0, steps, STEPS_PER_CALL):
+            advance(min(STEPS_PER_CALL, steps - done))
     return clock() - begin
 
 
 @cache
-def fingerprint() -> str:
-    """This machine, as far as timings depend on it: processor, number of cores, version of Python.
+def machine_fingerprint() -> str:
+    """Name of this machine in timings: processor, number of cores, version of Python.
 
-    The engine's version is not in it: it is part of a cell's key.
+    The engine's version is not in it: it is part of a case's key.
     """
     return f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
@@ -100,7 +100,7 @@ def _processor() -> str:
 
 @dataclass(frozen=True)
 class Timing:
-    """CPU time of a cell on one machine, the least of several repeats.
+    """CPU time of a case on one machine, the least of several repeats.
 
     Attributes:
         seconds_per_revolution: CPU time of one simulated revolution [s].

@@ -1,4 +1,4 @@
-"""Files that are replaced one by one, each whole or not at all; a killed process leaves nothing that is carried out.
+"""Writing of files, each whole or not at all, whenever the process is killed.
 
 Contents are written beside their places under names that nobody can guess, and put in place by a rename each. What a
 folder with several files says of itself meanwhile is in the file that `Batch.meanwhile` replaces first.
@@ -19,16 +19,16 @@ from pathlib import Path, PurePath
 from conrod.errors import InvalidInput
 
 # Temporary files; folders of this prefix, which earlier versions left, are never looked into.
-TEMPORARY = ".conrod-"
-_TEMPORARY_NAME = re.compile(re.escape(TEMPORARY) + "[0-9a-f]{16}")
-LEFT_BEHIND = 3600.0  # [s]: no writer keeps a temporary file for so long
-MOST_LINKS = 40  # in a path, as the kernel allows
-ROOT = 0  # uid
+TEMPORARY_PREFIX = ".conrod-"
+_TEMPORARY_NAME = re.compile(re.escape(TEMPORARY_PREFIX) + "[0-9a-f]{16}")
+ABANDONED_AGE = 3600.0  # [s]: no writer keeps a temporary file for so long
+MAX_LINKS = 40  # in a path, as the kernel allows
+ROOT_UID = 0  # uid
 
 
 @dataclass(frozen=True)
 class Batch:
-    """Files of one folder, which is made if there is none.
+    """Files to be written into one folder, which is created if missing.
 
     Attributes:
         files: content by name in the folder, in the order in which they are put in place.
@@ -42,14 +42,14 @@ class Batch:
     meanwhile: Mapping[str, str | bytes] = field(default_factory=dict)
 
 
-def single(path: Path, content: str | bytes) -> Batch:
-    """A batch of one file."""
+def single_file(path: Path, content: str | bytes) -> Batch:
+    """Return a batch of one file."""
     real = own_path(path)
     return Batch(real.parent, {real.name: content})
 
 
 def write_together(batches: Sequence[Batch]) -> None:
-    """Write all files of all batches; an error or an interrupt before they are put in place leaves what was there.
+    """Write all files of all batches; an error or interrupt before the renames leaves the old files.
 
     A kill at any moment leaves each file as it was or as it is to be. What has its content already is left alone.
 
@@ -71,7 +71,7 @@ def write_together(batches: Sequence[Batch]) -> None:
 
 @dataclass(frozen=True)
 class _Change:
-    """A file of a folder that is to be replaced, or removed.
+    """A file that is to be replaced or removed.
 
     Attributes:
         name: in the batch's folder, for messages.
@@ -87,7 +87,7 @@ class _Change:
 
 
 class _Folder:
-    """A folder as descriptors of itself and of those in it, so that no link that is put there later leads elsewhere."""
+    """A folder held by descriptors, so that a link put there later cannot lead elsewhere."""
 
     def __init__(self, path: Path, made: ExitStack) -> None:
         self.path, self._made = own_path(path), made
@@ -95,11 +95,11 @@ class _Folder:
         self._meanwhile, self._changes = list[_Change](), list[_Change]()
 
     def __enter__(self) -> _Folder:
-        with naming(self.path):
+        with name_file_in_errors(self.path):
             for missing in reversed([p for p in (self.path, *self.path.parents) if not p.exists()]):
                 self._made.callback(_remove_empty, missing)
                 missing.mkdir(exist_ok=True)
-            self._opened[PurePath()] = os.open(self.path, _FOLDER)
+            self._opened[PurePath()] = os.open(self.path, _OPEN_FOLDER)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -111,7 +111,7 @@ class _Folder:
             os.close(descriptor)
 
     def stage(self, batch: Batch) -> None:
-        """Write what is new of a batch into temporary files."""
+        """Write the changed files of a batch into temporary files."""
         new = {name: _bytes(content) for name, content in batch.files.items()}
         changed = {name for name in (*batch.obsolete, *new) if self._content(name) != new.get(name)}
         if not changed:
@@ -123,18 +123,20 @@ class _Folder:
                 self._stage(self._changes, name, new.get(name))
 
     def _stage(self, changes: list[_Change], name: str, content: bytes | None) -> None:
-        with naming(self.path / name):
+        with name_file_in_errors(self.path / name):
             folder, last = self._place(name)
-            changes.append(_Change(name, folder, last, None if content is None else TEMPORARY + secrets.token_hex(8)))
+            changes.append(
+                _Change(name, folder, last, None if content is None else TEMPORARY_PREFIX + secrets.token_hex(8))
+            )
             if content is not None:
-                _write(changes[-1], content)
+                _write_temporary(changes[-1], content)
 
     def _content(self, name: str) -> bytes | None:
-        with naming(self.path / name):
-            return _content(*self._place(name))
+        with name_file_in_errors(self.path / name):
+            return _read_content(*self._place(name))
 
     def _place(self, name: str) -> tuple[int, str]:
-        """The descriptor of the folder that a file is in, which is made, and the file's name there."""
+        """Descriptor of a file's folder, which is created if missing, and the file's name in it."""
         *folders, last = PurePath(name).parts
         here = PurePath()
         for part in folders:
@@ -143,20 +145,20 @@ class _Folder:
                 with suppress(FileExistsError):
                     os.mkdir(part, dir_fd=above)
                     self._made.callback(_remove_empty, self.path / here)
-                self._opened[here] = os.open(part, _FOLDER, dir_fd=above)
+                self._opened[here] = os.open(part, _OPEN_FOLDER, dir_fd=above)
         return self._opened[here], last
 
     def put_in_place(self, interrupted: bool = False) -> None:
-        """Rename the temporary files; what the folder says of itself meanwhile reaches the disk first.
+        """Rename the temporary files to their places, those of `Batch.meanwhile` first.
 
         Args:
             interrupted: whether this was begun before, and some are in place.
         """
         for changes in (self._meanwhile, self._changes):
             for change in changes:
-                with naming(self.path / change.name):
+                with name_file_in_errors(self.path / change.name):
                     try:
-                        _put(change)
+                        _rename_or_remove(change)
                     except FileNotFoundError:
                         if not interrupted:
                             raise
@@ -165,8 +167,8 @@ class _Folder:
                     os.fsync(descriptor)
 
 
-_FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
-_NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+_OPEN_FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
+_CREATE_FILE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 
 
 def _bytes(content: str | bytes) -> bytes:
@@ -174,9 +176,9 @@ def _bytes(content: str | bytes) -> bytes:
     return content.encode(errors="replace") if isinstance(content, str) else content
 
 
-def _write(change: _Change, content: bytes) -> None:
-    """Write a new temporary file to the disk; what was for its owner alone stays so."""
-    descriptor = os.open(str(change.temporary), _NEW, 0o666, dir_fd=change.folder)
+def _write_temporary(change: _Change, content: bytes) -> None:
+    """Write a temporary file to the disk, with the permissions of the file that it replaces."""
+    descriptor = os.open(str(change.temporary), _CREATE_FILE, 0o666, dir_fd=change.folder)
     with os.fdopen(descriptor, "wb") as file:
         with suppress(OSError):
             before = os.stat(change.last, dir_fd=change.folder, follow_symlinks=False)
@@ -185,10 +187,10 @@ def _write(change: _Change, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(descriptor)
-        _remove_left_behind(change.folder, os.fstat(descriptor).st_mtime - LEFT_BEHIND)
+        _remove_abandoned(change.folder, os.fstat(descriptor).st_mtime - ABANDONED_AGE)
 
 
-def _put(change: _Change) -> None:
+def _rename_or_remove(change: _Change) -> None:
     if change.temporary is not None:
         os.replace(change.temporary, change.last, src_dir_fd=change.folder, dst_dir_fd=change.folder)
         return
@@ -196,8 +198,8 @@ def _put(change: _Change) -> None:
         os.unlink(change.last, dir_fd=change.folder)
 
 
-def _content(folder: int, name: str) -> bytes | None:
-    """Content of a regular file; None where there is none."""
+def _read_content(folder: int, name: str) -> bytes | None:
+    """Content of a regular file; None if there is no such file."""
     try:
         descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=folder)
     except OSError as error:
@@ -211,8 +213,8 @@ def _content(folder: int, name: str) -> bytes | None:
         return file.read() if stat.S_ISREG(found) else None
 
 
-def _remove_left_behind(folder: int, before: float) -> None:
-    """Remove temporary files of this user's that a killed process has left, by the file system's own clock."""
+def _remove_abandoned(folder: int, before: float) -> None:
+    """Remove this user's temporary files older than a time [s], left by killed processes."""
     for name in os.listdir(folder):
         with suppress(OSError):
             if _TEMPORARY_NAME.fullmatch(name):
@@ -242,7 +244,7 @@ def own_path(path: Path) -> Path:
         InvalidInput: another user's link is on the way, by which the file would get where that user wants it.
     """
     here, left, links = Path("/"), list(reversed((Path.cwd() / path).parts[1:])), 0
-    while left and links < MOST_LINKS:
+    while left and links < MAX_LINKS:
         part = left.pop()
         place = here.parent if part == ".." else here / part
         try:
@@ -252,7 +254,7 @@ def own_path(path: Path) -> Path:
         if found is None or not stat.S_ISLNK(found.st_mode):
             here = place
             continue
-        if found.st_uid not in (os.geteuid(), ROOT):
+        if found.st_uid not in (os.geteuid(), ROOT_UID):
             owner = f"a link of another user (uid {found.st_uid})"
             raise InvalidInput(f"cannot write {path}: {place} is {owner}; name the place that it leads to")
         links += 1
@@ -263,8 +265,8 @@ def own_path(path: Path) -> Path:
 
 
 @contextmanager
-def naming(place: Path | str) -> Iterator[None]:
-    """Make an OSError name the file that a user knows: a full disk names none, a temporary file says nothing."""
+def name_file_in_errors(place: Path | str) -> Iterator[None]:
+    """Make an OSError name the file that the user knows, not the temporary file or none."""
     try:
         yield
     except OSError as error:

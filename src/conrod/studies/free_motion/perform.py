@@ -19,7 +19,7 @@ from conrod.runs.run_errors import equal_spans
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, study_of
+from conrod.studies.frame.result import EngineCase, presets_study
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, places
 from conrod.studies.free_motion.plan import FREE, LENGTH_ERROR, PATH, MotionPlan, drives
 from conrod.studies.free_motion.results import (
@@ -45,7 +45,7 @@ def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str,
     found = replace(
         empty, outcome=first.outcome.slug, reason=first.reason, refinement=points, order=_orders(course, points)
     )
-    return (_measured(found, course, first) if found.completed else found).judged()
+    return (_measured(found, course, first) if found.completed else found).with_verdict()
 
 
 def _started(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
@@ -129,16 +129,16 @@ class MotionCase(EngineCase[MotionResult]):
         """The exact motion; raises InvalidInput as `exact_course`."""
         return exact_course(self.name, self.scene, replace(self.plan, tolerance=None))
 
-    def started(self) -> MotionResult:
-        return _started(self.name, self.course, self.made_by, str(self.preset), self.plan)
+    def empty_result(self) -> MotionResult:
+        return _started(self.name, self.course, self.loaded_engine, str(self.preset), self.plan)
 
     def run(self) -> MotionResult:
-        return run_motion(self.name, self.course, self.made_by, str(self.preset), self.plan)
+        return run_motion(self.name, self.course, self.loaded_engine, str(self.preset), self.plan)
 
-    def facts(self) -> dict[str, Any]:
+    def case_fields(self) -> dict[str, Any]:
         return {"scene": self.name}
 
-    def determined_by(self) -> dict[str, Any]:
+    def key_fields(self) -> dict[str, Any]:
         return {"settings": {}} | {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
 
 
@@ -148,8 +148,8 @@ def motion_study(
     presets: Mapping[str, tuple[str, ...]],
     plan: MotionPlan,
 ) -> Study[list[MotionStudy]]:
-    """The study of some scenes; arguments as of `study_of`."""
-    found = yield from study_of(MotionCase, scenes, engines, presets, plan)
+    """The study of some scenes; arguments as of `presets_study`."""
+    found = yield from presets_study(MotionCase, scenes, engines, presets, plan)
     return [MotionStudy(s.name, s.scene, s.results, plan.motion, left_out(s.scene, plan)) for s in found]
 
 

@@ -96,7 +96,7 @@ class MotionResult(Result):
             return float(np.max(found)) if found else None
         return None if self.energy is None else self.energy[measure]
 
-    def _held_to(self, asked: Mapping[str, float]) -> Self:
+    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
         return replace(self, tolerance=dict(asked))
 
 

@@ -18,7 +18,7 @@ from conrod.mechanism.mechanism import Mechanism
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import LEAST_STEPS, RunCase
+from conrod.studies.frame.run import MIN_PASS_STEPS, RunCase
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 
@@ -62,7 +62,7 @@ class LimitCase(RunCase):
     def perform(self) -> Measurement:
         return stream_run(self)
 
-    def _read(self, measurement: Measurement) -> None:
+    def _check_readable(self, measurement: Measurement) -> None:
         Extremes.of(measurement)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
@@ -111,7 +111,7 @@ class Setup:
     def fewest_steps(self) -> int:
         """Steps per revolution with which a run is just long enough to have accelerations, or two."""
         span = self.mechanism.driver.span
-        return 2 if span is None else math.ceil(LEAST_STEPS * 2.0 * math.pi / (span[1] - span[0]))
+        return 2 if span is None else math.ceil(MIN_PASS_STEPS * 2.0 * math.pi / (span[1] - span[0]))
 
     @property
     def steps(self) -> int:
@@ -119,23 +119,23 @@ class Setup:
         return self.steps_per_revolution or (CONTACT_STEPS if self.contact else LINKAGE_STEPS)
 
     @property
-    def made_by(self) -> Engine[Any]:
+    def loaded_engine(self) -> Engine[Any]:
         """The engine."""
         return engine_named(self.engine)
 
     @property
     def varied(self) -> SettingsVariations:
         """The engine as one whose settings can be varied; InvalidInput where they cannot, see `not_varied`."""
-        return require_capability(self.made_by, SettingsVariations)
+        return require_capability(self.loaded_engine, SettingsVariations)
 
     def not_varied(self) -> str | None:
         """None, or why the engine's settings cannot be varied."""
-        found = capability(self.made_by, SettingsVariations)
+        found = capability(self.loaded_engine, SettingsVariations)
         return found.reason if isinstance(found, MissingCapability) else None
 
     def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
         """Return the preset's settings on this scene, or on one that it became, at the usual or other steps."""
-        made: Settings = self.made_by.presets[self.preset](scene or self.scene, steps or self.steps)
+        made: Settings = self.loaded_engine.presets[self.preset](scene or self.scene, steps or self.steps)
         return made
 
     def run(self, settings: Settings | None = None, **others: Any) -> LimitCase:
@@ -152,7 +152,7 @@ class Setup:
 
     def refusal(self) -> str | None:
         """Return None, or why the preset is not for this scene."""
-        return self.made_by.refusal(self.scene, self.settings())
+        return self.loaded_engine.refusal(self.scene, self.settings())
 
 
 @lru_cache(VARIANTS_KEPT)

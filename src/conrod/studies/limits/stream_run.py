@@ -16,7 +16,7 @@ from conrod.runs.plain_values import plain_values
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import LEAST_STEPS, as_run, not_run
+from conrod.studies.frame.run import MIN_PASS_STEPS, clamp_to_span, unsupported_measurement
 from conrod.studies.limits.recorders import HELD, ExactTorque, Fingerprint, Flights, recorded
 from conrod.studies.limits.records import Extremes
 
@@ -39,8 +39,8 @@ def stream_run(case: LimitCase) -> Measurement:
     Raises:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
     """
-    engine, case = engine_named(case.settings.engine), as_run(case)
-    if (unsupported := not_run(case, case.machine)) is not None:
+    engine, case = engine_named(case.settings.engine), clamp_to_span(case)
+    if (unsupported := unsupported_measurement(case, case.machine)) is not None:
         return unsupported
     length, statistics, last = piece_length(case), RunStatistics(case), math.inf
     for piece in engine.run(case.machine, case.settings, case.revolutions, case.start_angle, length):
@@ -63,10 +63,10 @@ def piece_length(case: LimitCase) -> int:
     """
     turn = case.settings.steps_per_revolution
     steps = round(turn * case.revolutions)
-    if steps < LEAST_STEPS:
+    if steps < MIN_PASS_STEPS:
         raise InvalidInput(
             f"revolutions = {case.revolutions:g} at {turn} steps each are {steps} steps; "
-            f"a run needs {LEAST_STEPS} to have accelerations"
+            f"a run needs {MIN_PASS_STEPS} to have accelerations"
         )
     return min(max(steps // PIECES, LEAST_PIECE), PIECE_STEPS)
 

@@ -24,7 +24,7 @@ from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Results, Study
 from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing, fingerprint
+from conrod.studies.frame.timing import Timing, machine_fingerprint
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, shared_lines
 
 NEEDED: tuple[type[Any], ...] = (SettingsGrid, TimedStepping)
@@ -113,7 +113,7 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
         grid=plan.grid,
         engines=engines,
         unsupported=dict(plan.unsupported),
-        machine=fingerprint(),
+        machine=machine_fingerprint(),
         rules=tuple(
             SweptRule(
                 engine=rule.engine.name,

@@ -25,8 +25,8 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.frame.prediction import Prediction, merged_misfit, reference_misfit
-from conrod.studies.frame.result import refine, refinement_path
-from conrod.studies.frame.run import LEAST_STEPS
+from conrod.studies.frame.result import refinement_path, run_refinement_path
+from conrod.studies.frame.run import MIN_PASS_STEPS
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
 POSES = 60  # of a turn, whose errors a moving drawing shows: 6 deg apart
@@ -62,13 +62,15 @@ class Plan:
         """Start angle [rad] and revolutions of the judged run.
 
         Raises:
-            InvalidInput: a pass with room for fewer than `LEAST_STEPS`.
+            InvalidInput: a pass with room for fewer than `MIN_PASS_STEPS`.
         """
         steps = self.steps(scene)
         start, revolutions = run_extent(scene, steps, self.revolutions)
         taken = round(steps * revolutions)
-        if scene.kinematics.mechanism.driver.span is not None and taken < LEAST_STEPS:
-            raise InvalidInput(f"{steps} steps per revolution are {taken} of the pass: at least {LEAST_STEPS} are run")
+        if scene.kinematics.mechanism.driver.span is not None and taken < MIN_PASS_STEPS:
+            raise InvalidInput(
+                f"{steps} steps per revolution are {taken} of the pass: at least {MIN_PASS_STEPS} are run"
+            )
         return start, revolutions
 
 
@@ -90,14 +92,14 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         )
 
     finest = _point(steps, ended, errors)
-    points = refine(scene, steps, plan.revolutions, finest, point)
+    points = run_refinement_path(scene, steps, plan.revolutions, finest, point)
     order = {q: claimed_order((p.steps_per_revolution, getattr(p, q)) for p in points) for q in QUANTITIES}
     result = replace(result, refinement=points, order=order)
     if result.completed:
         misfit = merged_misfit(prediction.misfit, reference_misfit(scene))
         found = {"prediction": prediction.sizes, "misfit": misfit, **errors.as_dict()}
         result = replace(result, curves=drawn.curves, poses=poses.errors, **found)
-    return result.judged()
+    return result.with_verdict()
 
 
 def begun(

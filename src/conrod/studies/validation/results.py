@@ -165,7 +165,7 @@ class ValidationResult(Result):
             return None if self.phase is None else self.phase["max"]
         return self.largest(name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max")
 
-    def _held_to(self, asked: Mapping[str, float]) -> Self:
+    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
         return replace(self, tolerance=Tolerance(**asked, reason=AS_ASKED))
 
 

@@ -20,7 +20,7 @@ from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.prediction import merged_misfit, reference_misfit, solved_misfit
-from conrod.studies.frame.result import EngineCase, study_of
+from conrod.studies.frame.result import EngineCase, presets_study
 from conrod.studies.validation.plan import Plan, started, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 
@@ -54,7 +54,7 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Validati
     closure = {"position": gap, "velocity": None, "acceleration": None}
     misfit = merged_misfit(solved_misfit(scene, angle, solved.poses), reference_misfit(scene))
     tolerance = _kinematic_tolerance(scene, solved)
-    result = replace(empty, errors=errors, closure=closure, tolerance=tolerance, misfit=misfit).judged()
+    result = replace(empty, errors=errors, closure=closure, tolerance=tolerance, misfit=misfit).with_verdict()
     other = scene.kinematics.branch(solved.poses) != scene.kinematics.branch_at(angle)
     if not other.any():
         return result
@@ -89,30 +89,32 @@ class ValidationCase(EngineCase[ValidationResult]):
 
     plan: Plan
 
-    def started(self) -> ValidationResult:
-        return started(self.name, self.scene, self.made_by, self.preset, self.plan)
+    def empty_result(self) -> ValidationResult:
+        return started(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     def run(self) -> ValidationResult:
         if self.preset is None:
-            return validate_kinematic(self.name, self.scene, self.made_by)
-        return validate_dynamic(self.name, self.scene, self.made_by, self.preset, self.plan)
+            return validate_kinematic(self.name, self.scene, self.loaded_engine)
+        return validate_dynamic(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     @property
     def tolerance(self) -> Mapping[str, float] | None:
         return None if self.preset is None else self.plan.tolerance
 
-    def ended(self, outcome: Outcome, reason: str) -> ValidationResult:
-        required = self.preset is None or self.made_by.presets[self.preset].judged or bool(self.plan.tolerance)
-        return replace(self.started(), outcome=outcome.slug, reason=reason, passed=False if required else None)
+    def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:
+        required = self.preset is None or self.loaded_engine.presets[self.preset].judged or bool(self.plan.tolerance)
+        return replace(self.empty_result(), outcome=outcome.slug, reason=reason, passed=False if required else None)
 
-    def determined_by(self) -> dict[str, Any]:
+    def key_fields(self) -> dict[str, Any]:
         if self.preset is None:
-            return Plan(None, 1.0).determines(self.scene, self.made_by.presets[judged_preset(self.made_by)], False)
-        return self.plan.determines(self.scene, self.made_by.presets[self.preset])
+            return Plan(None, 1.0).determines(
+                self.scene, self.loaded_engine.presets[judged_preset(self.loaded_engine)], False
+            )
+        return self.plan.determines(self.scene, self.loaded_engine.presets[self.preset])
 
 
 def validation(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> Study[list[SceneStudy]]:
-    """The study of some scenes: kinematic mode, then each preset; arguments as of `study_of`."""
-    return study_of(ValidationCase, scenes, engines, {name: (None, *some) for name, some in presets.items()}, plan)
+    """The study of some scenes: kinematic mode, then each preset; arguments as of `presets_study`."""
+    return presets_study(ValidationCase, scenes, engines, {name: (None, *some) for name, some in presets.items()}, plan)
