@@ -40,7 +40,7 @@ def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Measu
     if outcome != "completed":
         return Measurement(outcome, "planted", payload={"bits": named})
     signed = {"C": {quantity: [[off, 0.0]] for quantity in QUANTITIES}}
-    return completed(abs(off), signed=signed, beside={"bits": named})
+    return completed(abs(off), signed=signed, payload={"bits": named})
 
 
 SAME = measured(0.5, bodies_position="a", C_acceleration="b")
