@@ -74,7 +74,7 @@ def page_of(study: SceneStudy, command: str = "conrod validate saw-40rpm --out r
 
 def figures(study: SceneStudy) -> dict[str, Figure]:
     """The figures of a scene's page by name."""
-    drawn = KIND.page_of(Part(study.name, KIND.kept(study), "", "0.0.0")).figures
+    drawn = KIND.page_of(Part(study.name, KIND.prepare_to_save(study), "", "0.0.0")).figures
     return {figure.name.removeprefix(f"{study.name}-"): figure for figure in drawn}
 
 

@@ -196,7 +196,7 @@ def test_gaps_of_another_frame_are_not_trusted(planted: str) -> None:
 def test_distrust_comes_first_and_fails_whatever_tolerance_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Wrong, "factors", (1.0 + 1e-6, 1.0, 1.0, 1.0))
     plan = Plan(200, 1.0, {"position": 1.0})
-    found = validate_dynamic("machine", Wrong(), engine_named("mujoco"), "stock", plan).judged(plan.tolerance)
+    found = validate_dynamic("machine", Wrong(), engine_named("mujoco"), "stock", plan).with_verdict(plan.tolerance)
     assert found.passed is False
     assert summary_words([found]).startswith("Cannot be trusted (MuJoCo stock): the exact motion contradicts")
 

@@ -54,7 +54,7 @@ def lint(
 
 
 @overload
-def harden(model: mujoco.MjModel, *, factor: float = ...) -> None: ...
+def harden(model: mujoco.MjModel, factor: float = ...) -> None: ...
 @overload
 def harden(
     model: str | Path | mujoco.MjSpec,
@@ -67,8 +67,8 @@ def harden(
 ) -> HardenedModel: ...
 def harden(
     model: str | Path | mujoco.MjModel | mujoco.MjSpec,
-    *,
     factor: float | None = None,
+    *,
     keyframe: str | None = None,
     controls: Mapping[str, float] | None = None,
     seconds: float = 1.0,
