@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from audits.judging import Item
 from conrod.errors import InvalidInput
-from conrod.own.printed.verdicts import Number
+from conrod.own.printed.verdicts import PrintedNumber
 
 COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
 
@@ -40,7 +40,7 @@ def items_of(document: str, text: str) -> Iterator[Item]:
             int(row["line"]),
             row["quantity"],
             row["condition"],
-            Number(row["printed"]),
+            PrintedNumber(row["printed"]),
             row["unit"],
             row["mechanism"],
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from audits.documents import cam, module, press, saw
 from audits.notes import NOTES
 from conrod.errors import unknown_choice
-from conrod.own.printed.verdicts import Audited, Verdict
+from conrod.own.printed.verdicts import AuditedDocument, PrintedVerdict
 
 # Document -> what judges it.
 DOCUMENTS = {"000": press.verdicts, "001": module.verdicts, "002": saw.verdicts, "004": cam.verdicts}
@@ -19,13 +19,13 @@ TITLES = {
 PAGES = {"000": "shear-press", "001": "course-module", "002": "power-hacksaw", "004": "arc-cam"}
 
 
-def audited(document: str) -> Audited:
+def audited(document: str) -> AuditedDocument:
     """Return a document with its verdicts; raises as `audit` does."""
     verdicts = audit(document)
-    return Audited(f"Document {document}", TITLES[document], verdicts, NOTES[document])
+    return AuditedDocument(f"Document {document}", TITLES[document], verdicts, NOTES[document])
 
 
-def audit(document: str) -> tuple[Verdict, ...]:
+def audit(document: str) -> tuple[PrintedVerdict, ...]:
     """Return a verdict on every printed number and formula of a document.
 
     Raises:

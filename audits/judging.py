@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from conrod.own.printed.verdicts import Kind, Number, Verdict
+from conrod.own.printed.verdicts import PrintedNumber, PrintedVerdict, VerdictKind
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class Item:
     Attributes:
         key: names the computation that determines it.
         mechanism: the scene or the worked example that it is tied to.
-        The others as in `Verdict`.
+        The others as in `PrintedVerdict`.
     """
 
     document: str
@@ -29,7 +29,7 @@ class Item:
     line: int
     quantity: str
     condition: str
-    number: Number
+    number: PrintedNumber
     unit: str
     mechanism: str
 
@@ -75,7 +75,7 @@ class Case:
     certain: bool = True
 
 
-def judge(case: Case) -> Verdict:
+def judge(case: Case) -> PrintedVerdict:
     """The verdict on a printed number; the kindest that a computation supports.
 
     A systematic cause goes before a single number's cut: it leaves the document's habit of rounding as it is.
@@ -83,36 +83,36 @@ def judge(case: Case) -> Verdict:
     return next(_verdicts(case))
 
 
-def _verdicts(case: Case) -> Iterator[Verdict]:
+def _verdicts(case: Case) -> Iterator[PrintedVerdict]:
     number, exact, why = case.item.number, case.exact, case.why
-    right = None if exact is None or not case.certain else number.like(exact)
+    right = None if exact is None or not case.certain else number.format_like(exact)
     if exact is not None and number.is_rounding_of(exact):
-        yield _verdict(case, Kind.AGREES, why)
-    yield from _explained(case, case.causes, Kind.EXPLAINED, right)
-    yield from _explained(case, case.roundings, Kind.AFTER_ROUNDING)
-    if exact is not None and number.is_cut_of(exact):
-        yield _verdict(case, Kind.AFTER_ROUNDING, f"{why}; further digits are cut off instead of rounded")
+        yield _verdict(case, VerdictKind.AGREES, why)
+    yield from _explained(case, case.causes, VerdictKind.EXPLAINED, right)
+    yield from _explained(case, case.roundings, VerdictKind.AFTER_ROUNDING)
+    if exact is not None and number.is_truncation_of(exact):
+        yield _verdict(case, VerdictKind.AFTER_ROUNDING, f"{why}; further digits are cut off instead of rounded")
     for neighbour in case.neighbours:
         room = neighbour.within + 0.5 * number.last
         supported = exact is None or abs(neighbour.value - exact) <= room
         if abs(neighbour.value - number.value) > room and supported:
             against = neighbour.value if exact is None else exact
             reason = f"by {neighbour.text} it is {neighbour.value:.7g} +- {room:.2g}; {why}"
-            yield _verdict(case, Kind.MISPRINT, reason, number.like(against), against)
-    yield from _explained(case, case.wrong_steps, Kind.WRONG_STEP, right)
+            yield _verdict(case, VerdictKind.MISPRINT, reason, number.format_like(against), against)
+    yield from _explained(case, case.wrong_steps, VerdictKind.WRONG_STEP, right)
     if exact is not None and abs(number.value - exact) <= case.reading:
-        yield _verdict(case, Kind.AFTER_ROUNDING, f"{why}; measured from a drawing, good to {case.reading:.2g}")
-    yield _verdict(case, Kind.NOT_REPRODUCIBLE, why, right)
+        yield _verdict(case, VerdictKind.AFTER_ROUNDING, f"{why}; measured from a drawing, good to {case.reading:.2g}")
+    yield _verdict(case, VerdictKind.NOT_REPRODUCIBLE, why, right)
 
 
 def _explained(
-    case: Case, explanations: tuple[Explanation, ...], kind: Kind, right: str | None = None
-) -> Iterator[Verdict]:
+    case: Case, explanations: tuple[Explanation, ...], kind: VerdictKind, right: str | None = None
+) -> Iterator[PrintedVerdict]:
     """Explanations that reproduce the print; a systematic cause has to do so without a cut."""
     number = case.item.number
     for one in explanations:
         rounded = number.is_rounding_of(one.value) or abs(number.value - one.value) <= one.within
-        if rounded or (kind is not Kind.EXPLAINED and number.is_cut_of(one.value)):
+        if rounded or (kind is not VerdictKind.EXPLAINED and number.is_truncation_of(one.value)):
             how = "" if rounded else ", cut off"
             # A value that is nothing in the printed digits by far is rounding noise.
             value = one.value if abs(one.value) > 1e-9 * number.last else 0.0
@@ -121,12 +121,12 @@ def _explained(
 
 def _verdict(
     case: Case,
-    kind: Kind,
+    kind: VerdictKind,
     reason: str,
     should_be: str | None = None,
     right: float | None = None,
     cause: str | None = None,
-) -> Verdict:
+) -> PrintedVerdict:
     item, number, exact = case.item, case.item.number, case.exact
     against, off = exact if right is None else right, None
     if against is not None and should_be is not None:
@@ -134,7 +134,7 @@ def _verdict(
         of = abs(against) if abs(against) >= 0.5 * number.last else abs(number.value)
         off = abs(number.value - against) / (of or 1.0)
     difference = None if exact is None else (number.value - exact) / number.last
-    return Verdict(
+    return PrintedVerdict(
         item.document, item.place, item.line, item.quantity, item.condition, item.unit, number.text, exact,
         difference, kind, reason, should_be, off, cause,
     )  # fmt: skip

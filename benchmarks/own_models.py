@@ -16,7 +16,7 @@ from pathlib import Path
 from conrod.api.loops import check_model_loops
 from conrod.crash import run_guarded
 from conrod.errors import InvalidInput
-from conrod.mjcf.loops.results import LoopStudy, Question
+from conrod.mjcf.loops.results import LoopRequest, LoopStudy
 from conrod.report.kind import SCENE, Reproduction
 from conrod.report.loops import KIND, shipped_words
 from conrod.report.numbers import measured_text, quantity
@@ -177,7 +177,7 @@ def _judged(models: Path, name: str) -> LoopStudy | str:
         with tempfile.TemporaryDirectory() as folder:
             if robot.corrected:
                 file = _corrected(file, robot.corrected, Path(folder))
-            found = check_model_loops(file, Question(robot.drives, robot.keyframe), name)
+            found = check_model_loops(file, LoopRequest(robot.drives, robot.keyframe), name)
     except InvalidInput as error:
         return str(error)
     print(f"{name}: {found.own.outcome.slug}, mobility {found.mobility.remaining_dof}", flush=True)

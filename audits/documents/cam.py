@@ -16,7 +16,7 @@ from audits.formulas.cam_checks import FORMULAS, arguments
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
 from audits.judging import Case, Explanation, Item, judge
-from conrod.own.printed.verdicts import Verdict
+from conrod.own.printed.verdicts import PrintedVerdict
 
 DOCUMENT = "004"
 GRID = np.arange(0.0, 181.0, 10.0)  # [deg], the document's table
@@ -26,7 +26,7 @@ OTHER = ArcCam(36.0, 108.0)
 FIRST = ArcCam(36.0, 88.0)
 
 
-def verdicts() -> tuple[Verdict, ...]:
+def verdicts() -> tuple[PrintedVerdict, ...]:
     """Every quoted value, every formula, and what the text claims in words."""
     values = tuple(judge(CASES[item.key](item)) for item in shipped_items(DOCUMENT, "cam.csv"))
     return values + tuple(verdict_on(formula, arguments()) for formula in FORMULAS) + cam_claims.verdicts()

@@ -15,7 +15,7 @@ from audits.items import shipped_items
 from audits.judging import judge
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.own.printed.verdicts import Kind, Number, Verdict
+from conrod.own.printed.verdicts import PrintedNumber, PrintedVerdict, VerdictKind
 
 
 @dataclass(frozen=True)
@@ -68,45 +68,51 @@ LENGTHS = (
 )
 
 
-def name_verdicts() -> tuple[Verdict, ...]:
+def name_verdicts() -> tuple[PrintedVerdict, ...]:
     """One on each unit and each name of a length."""
     return tuple(_unit(unit) for unit in UNITS) + tuple(_length(length) for length in LENGTHS)
 
 
-def _unit(unit: PrintedUnit) -> Verdict:
+def _unit(unit: PrintedUnit) -> PrintedVerdict:
     try:
         parse_quantity("unit", f"1 {unit.unit}", unit.wanted)
     except InvalidInput:
-        kind, reason, right = Kind.MISPRINT, f"{unit.unit} is not a unit of an acceleration, {unit.wanted}", unit.right
+        kind, reason, right = (
+            VerdictKind.MISPRINT,
+            f"{unit.unit} is not a unit of an acceleration, {unit.wanted}",
+            unit.right,
+        )
     else:
-        kind, reason, right = Kind.AGREES, f"a unit of {unit.wanted}", ""
+        kind, reason, right = VerdictKind.AGREES, f"a unit of {unit.wanted}", ""
     return _verdict(unit.place, unit.line, f"unit of the {unit.quantity}", unit.text, kind, reason, right)
 
 
-def _length(length: PrintedLength) -> Verdict:
+def _length(length: PrintedLength) -> PrintedVerdict:
     """The name under which the example itself computes with the length; O1 alone stands for O12 throughout."""
-    first, by, result = (Number(text) for text in (length.first, length.length, length.result))
+    first, by, result = (PrintedNumber(text) for text in (length.first, length.length, length.result))
     value = first.value / by.value if length.divides else first.value * by.value
     sign = "/" if length.divides else " x "
     reason = f"line {length.used} uses {length.length} m as {length.right}: {first.text}{sign}{by.text} = {value:.4f}"
     text = f"{length.name} = {length.length} m"
-    if not (result.is_rounding_of(value) or result.is_cut_of(value)):
-        return _verdict("Example 4.10", length.line, "a length", text, Kind.NOT_REPRODUCIBLE, reason, "")
+    if not (result.is_rounding_of(value) or result.is_truncation_of(value)):
+        return _verdict("Example 4.10", length.line, "a length", text, VerdictKind.NOT_REPRODUCIBLE, reason, "")
     same = length.right in (length.name, length.name.replace("O1", "O12"))
-    kind = Kind.AGREES if same else Kind.MISPRINT
+    kind = VerdictKind.AGREES if same else VerdictKind.MISPRINT
     finding = f"{reason}, printed there as {result.text}"
     return _verdict("Example 4.10", length.line, "name of a length", text, kind, finding, "" if same else length.right)
 
 
-def _verdict(place: str, line: int, quantity: str, text: str, kind: Kind, reason: str, right: str) -> Verdict:
-    return Verdict("001", place, line, quantity, "statement", "", text, None, None, kind, reason, right or None)
+def _verdict(
+    place: str, line: int, quantity: str, text: str, kind: VerdictKind, reason: str, right: str
+) -> PrintedVerdict:
+    return PrintedVerdict("001", place, line, quantity, "statement", "", text, None, None, kind, reason, right or None)
 
 
 DOCUMENT = "001"
 CASES = module_velocities.CASES | module_accelerations.CASES
 
 
-def verdicts() -> tuple[Verdict, ...]:
+def verdicts() -> tuple[PrintedVerdict, ...]:
     """Every printed number, then every formula, unit and name."""
     values = tuple(judge(CASES[item.key](item)) for item in shipped_items(DOCUMENT, "module.csv"))
     formulas = [verdict_on(formula, arguments()) for formula in FORMULAS]

@@ -11,7 +11,7 @@ from audits.documents.module_linkages import SixBar
 from audits.pin_instant import size, turned
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.own.printed.verdicts import Kind, Verdict
+from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
 from conrod.scenes import catalogue_scene
 
 TWO_SLIDERS = "two-slider-linkage"  # Example 4.10 in the catalogue
@@ -19,7 +19,7 @@ COINCIDENT = "inverted-slider-crank"  # Figure 5.5
 SAME = 1e-9
 
 
-def verdicts() -> Iterator[Verdict]:
+def verdicts() -> Iterator[PrintedVerdict]:
     """One on each claim."""
     yield _sense(750, "omega 3", "A", "B", -1)
     yield _sense(760, "omega 5", "B", "C", 1)
@@ -36,16 +36,16 @@ def turn_of(name: str, first: str, second: str) -> float:
     return float(going @ turned(arm)) / size(arm) ** 2
 
 
-def _sense(line: int, quantity: str, first: str, second: str, printed: int) -> Verdict:
+def _sense(line: int, quantity: str, first: str, second: str, printed: int) -> PrintedVerdict:
     """The sense in which a link of Example 4.10 turns: 1 counter-clockwise, -1 clockwise."""
     turn = turn_of(TWO_SLIDERS, first, second)
     text = {1: "berlawanan arah jarum jam (counter-clockwise)", -1: "searah jarum jam (clockwise)"}
     reason = f"{turn:.2f} rad/s, counter-clockwise positive, in the catalogue's {TWO_SLIDERS}"
     right = "" if printed * turn > 0.0 else text[-printed]
-    return _verdict("Example 4.10", line, f"sense of {quantity}", text[printed], reason, right, Kind.MISPRINT)
+    return _verdict("Example 4.10", line, f"sense of {quantity}", text[printed], reason, right, VerdictKind.MISPRINT)
 
 
-def _one_turn() -> Verdict:
+def _one_turn() -> PrintedVerdict:
     """A block that slides along a link turns with it, at every crank angle."""
     mechanism = catalogue_scene(COINCIDENT).mechanism()
     rates = Kinematics(mechanism).derivatives(np.radians(np.arange(0.0, 360.0, 7.0)), 1)[1].reshape(52, -1, 3)[:, :, 2]
@@ -53,7 +53,7 @@ def _one_turn() -> Verdict:
     apart = float(np.abs(rates[:, block] - rates[:, link]).max())
     return _verdict("section 5.5", 877, "omega 3 and omega 4", "the same size and sense",
                     f"at 52 crank angles of the catalogue's {COINCIDENT} they differ by less than {SAME:g} of omega 2",
-                    "" if apart < SAME else "they differ", Kind.WRONG_STEP)  # fmt: skip
+                    "" if apart < SAME else "they differ", VerdictKind.WRONG_STEP)  # fmt: skip
 
 
 def second_auxiliary() -> Array:
@@ -64,7 +64,7 @@ def second_auxiliary() -> Array:
     return np.asarray(places["B"] + far[0] * along)
 
 
-def _auxiliary_line() -> Verdict:
+def _auxiliary_line() -> PrintedVerdict:
     """Lines 1370 and 1380: Y4 is to move in the direction of C, which it does on the line O15C alone."""
     bar = SixBar()
     going = bar.velocities["C"]
@@ -85,10 +85,12 @@ def _auxiliary_line() -> Verdict:
         f"{off(reach):.1f} deg, at right angles to it by {wrong:.0f} deg at that distance"
     )
     return _verdict("section 6.8", 1380, "direction of CY4", "at right angles to link 5, so that V_Y4 // V_C", reason,
-                    right, Kind.MISPRINT)  # fmt: skip
+                    right, VerdictKind.MISPRINT)  # fmt: skip
 
 
-def _verdict(place: str, line: int, quantity: str, text: str, reason: str, right: str, kind: Kind) -> Verdict:
+def _verdict(
+    place: str, line: int, quantity: str, text: str, reason: str, right: str, kind: VerdictKind
+) -> PrintedVerdict:
     """A claim that holds unless something else is right."""
-    found = (kind, reason, right) if right else (Kind.AGREES, reason, None)
-    return Verdict("001", place, line, quantity, "statement", "", text, None, None, *found)
+    found = (kind, reason, right) if right else (VerdictKind.AGREES, reason, None)
+    return PrintedVerdict("001", place, line, quantity, "statement", "", text, None, None, *found)

@@ -17,7 +17,7 @@ from audits.formulas.press import FORMULAS
 from audits.formulas.published import verdict_on
 from audits.judging import Case, Explanation, Item, judge
 from conrod.exact.motion import Array
-from conrod.own.printed.verdicts import Number, Verdict
+from conrod.own.printed.verdicts import PrintedNumber, PrintedVerdict
 from conrod.scenes import ShearPress
 
 DOCUMENT = "000"
@@ -38,7 +38,7 @@ MEANINGS = {
 }
 
 
-def verdicts() -> tuple[Verdict, ...]:
+def verdicts() -> tuple[PrintedVerdict, ...]:
     """Every cell of the table, then every formula."""
     cells = tuple(judge(case) for case in cases(table()))
     formulas = [verdict_on(formula, press_steps.arguments()) for formula in (*FORMULAS, *press_steps.FORMULAS)]
@@ -124,7 +124,7 @@ def cases(rows: list[dict[str, str]]) -> Iterator[Case]:
                 _line(degrees[k]),
                 meaning,
                 f"theta = {row['theta_deg']} deg",
-                Number(row[name]),
+                PrintedNumber(row[name]),
                 UNITS[name[0]],
                 "shear-press",
             )
@@ -150,7 +150,7 @@ def _neighbours(name: str, row: dict[str, str]) -> Iterator[Explanation]:
             whole_value, other_value = float(row[whole]), float(row[other])
             if whole_value > abs(other_value):
                 side = float(np.copysign(np.sqrt(whole_value**2 - other_value**2), float(row[name])))
-                half = 0.5 * Number(row[whole]).last
+                half = 0.5 * PrintedNumber(row[whole]).last
                 within = half * (whole_value + abs(other_value)) / abs(side)
                 yield Explanation(f"{whole} = {row[whole]} beside {other} = {row[other]}", side, within)
         elif name == whole:

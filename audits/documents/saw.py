@@ -9,13 +9,13 @@ from audits.formulas import listing_names, saw, saw_listing, saw_vectors
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
 from audits.judging import Case, Item, judge
-from conrod.own.printed.verdicts import Verdict
+from conrod.own.printed.verdicts import PrintedVerdict
 from conrod.scenes import Saw
 
 DOCUMENT = "002"
 
 
-def verdicts() -> tuple[Verdict, ...]:
+def verdicts() -> tuple[PrintedVerdict, ...]:
     """The number, then every formula, then the listing with its names."""
     values = tuple(judge(_reference_place(item)) for item in shipped_items(DOCUMENT, "saw.csv"))
     formulas = tuple(verdict_on(formula, saw.arguments()) for formula in (*saw_vectors.FORMULAS, *saw.FORMULAS))

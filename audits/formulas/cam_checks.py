@@ -9,7 +9,7 @@ import numpy as np
 
 from audits.formulas import cam
 from audits.formulas.published import Formula, Published, derivative
-from conrod.own.printed.verdicts import Kind
+from conrod.own.printed.verdicts import VerdictKind
 
 
 def arguments() -> dict[str, Any]:
@@ -94,7 +94,7 @@ def _lift(number: int, line: int, text: str, function: Formula, exact: Formula) 
         "the cam's geometry",
         mended=_completed(function, exact),
         change="the terms after the first of the root",
-        kind=Kind.EXPLAINED,
+        kind=VerdictKind.EXPLAINED,
     )
 
 

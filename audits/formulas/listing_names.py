@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from importlib.resources import files
 
-from conrod.own.printed.verdicts import Kind, Verdict
+from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
 
 FIRST_LINE = 136  # of the listing in the document's text
 KNOWN = {
@@ -40,7 +40,7 @@ def listing() -> str:
     return files("audits").joinpath("data", "saw_listing.m").read_text(encoding="utf-8")
 
 
-def verdicts(text: str) -> Iterator[Verdict]:
+def verdicts(text: str) -> Iterator[PrintedVerdict]:
     """One on each name at its first use before any assignment.
 
     Args:
@@ -62,7 +62,7 @@ def verdicts(text: str) -> Iterator[Verdict]:
             assigned[found.group(1)] = number
 
 
-def _unassigned(name: str, line: int, code: str, assigned: dict[str, int]) -> Verdict:
+def _unassigned(name: str, line: int, code: str, assigned: dict[str, int]) -> PrintedVerdict:
     alike = [other for other in assigned if other.casefold() == name.casefold()]
     near = alike or [other for other in assigned if other.startswith(name)]
     near = near or difflib.get_close_matches(name, assigned, n=1)
@@ -70,5 +70,5 @@ def _unassigned(name: str, line: int, code: str, assigned: dict[str, int]) -> Ve
     reason = f"no line above assigns {name}; assigned are {nearest}: MATLAB stops here"
     # Of theta3a and theta3b the listing's own lines below go on with the last one.
     right = f"{near[-1]} in place of {name}" if near else None
-    kind = Kind.MISPRINT if near else Kind.NOT_REPRODUCIBLE
-    return Verdict("002", "MATLAB listing", line, name, "formula", "", code, None, None, kind, reason, right)
+    kind = VerdictKind.MISPRINT if near else VerdictKind.NOT_REPRODUCIBLE
+    return PrintedVerdict("002", "MATLAB listing", line, name, "formula", "", code, None, None, kind, reason, right)

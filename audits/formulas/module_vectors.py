@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from audits.formulas.published import Formula, Published, verdict_on
-from conrod.own.printed.verdicts import Kind, Verdict
+from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
 
 PIVOTS = {"A": "O2", "C": "O5"}
 POINTS = ("A", "B", "C", "D", "X4", "Y4", "O2", "O5")
@@ -33,11 +33,11 @@ def arguments() -> dict[str, Any]:
     return given
 
 
-def verdicts() -> Iterator[Verdict]:
+def verdicts() -> Iterator[PrintedVerdict]:
     """One on each equation; how far its sides are apart depends on the vectors that are put in, and is not reported."""
     for formula in FORMULAS:
         verdict = verdict_on(formula, arguments())
-        if verdict.kind is Kind.MISPRINT:
+        if verdict.kind is VerdictKind.MISPRINT:
             reason = f"as printed its sides differ for vectors of rigid links; with {formula.change} nothing is left"
             verdict = replace(verdict, reason=reason, off=None)
         yield verdict

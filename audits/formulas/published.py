@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from conrod.own.printed.verdicts import Kind, Verdict
+from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
 
 # A formula takes arrays of one shape, real or complex, by name.
 Formula: TypeAlias = Callable[..., Any]
@@ -63,28 +63,28 @@ class Published:
     against: str
     mended: Formula | None = None
     change: str = ""
-    kind: Kind = Kind.MISPRINT
+    kind: VerdictKind = VerdictKind.MISPRINT
     hindrance: str = "cannot be evaluated"
 
 
-def verdict_on(formula: Published, arguments: Mapping[str, Any]) -> Verdict:
+def verdict_on(formula: Published, arguments: Mapping[str, Any]) -> PrintedVerdict:
     """Compare a formula, and its mended form, with the truth over all arguments."""
     error = None if formula.function is None else discrepancy(formula.function, formula.truth, arguments)
     if error is not None and error <= SAME:
-        return _verdict(formula, Kind.AGREES, f"equals {formula.against}")
+        return _verdict(formula, VerdictKind.AGREES, f"equals {formula.against}")
     printed = f"differs from {formula.against} by {error:.2g} of its peak" if error is not None else formula.hindrance
     if formula.mended is not None:
         left = discrepancy(formula.mended, formula.truth, arguments)
         if left <= SAME:
             reason = f"as printed it {printed}; with {formula.change} nothing is left"
             return _verdict(formula, formula.kind, reason, formula.change, error)
-    return _verdict(formula, Kind.NOT_REPRODUCIBLE, f"as printed it {printed}", None, error)
+    return _verdict(formula, VerdictKind.NOT_REPRODUCIBLE, f"as printed it {printed}", None, error)
 
 
 def _verdict(
-    formula: Published, kind: Kind, reason: str, should_be: str | None = None, error: float | None = None
-) -> Verdict:
-    return Verdict(
+    formula: Published, kind: VerdictKind, reason: str, should_be: str | None = None, error: float | None = None
+) -> PrintedVerdict:
+    return PrintedVerdict(
         formula.document,
         formula.place,
         formula.line,
@@ -98,5 +98,5 @@ def _verdict(
         reason,
         should_be,
         error,
-        formula.change if kind is Kind.EXPLAINED else None,
+        formula.change if kind is VerdictKind.EXPLAINED else None,
     )

@@ -13,7 +13,7 @@ import numpy as np
 
 from audits.formulas.published import Formula, Published
 from conrod.exact.motion import Array
-from conrod.own.printed.verdicts import Kind
+from conrod.own.printed.verdicts import VerdictKind
 from conrod.scenes import RPM, Saw
 
 R1, R2, R3, R5 = 180.0, 100.0, 300.0, 90.0  # [mm], lines 138 to 141
@@ -121,7 +121,7 @@ def _operators(line: int, quantity: str, text: str, right: str, function: Any, t
         "the exact motion",
         _run(function, elementwise_division),
         right,
-        Kind.WRONG_STEP,
+        VerdictKind.WRONG_STEP,
     )
 
 

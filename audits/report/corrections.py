@@ -5,16 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from conrod.own.printed.verdicts import DIGITS, Kind, Verdict
+from conrod.own.printed.verdicts import DIGITS, PrintedVerdict, VerdictKind
 from conrod.report.numbers import MISSING, quantity, round_to_digits
 from conrod.report.printed_values import escape_marks, verdict_text
 from conrod.report.table import Table, table
 
 # Wrong steps first, because other numbers follow from them.
-IMPORTANCE = (Kind.WRONG_STEP, Kind.MISPRINT)
+IMPORTANCE = (VerdictKind.WRONG_STEP, VerdictKind.MISPRINT)
 
 
-def is_formula(verdict: Verdict) -> bool:
+def is_formula(verdict: PrintedVerdict) -> bool:
     """True if the item is no number."""
     return not DIGITS.fullmatch(verdict.printed)
 
@@ -30,17 +30,17 @@ def share_text(share: float) -> str:
     return f"{percent:.0f}" if percent >= 10.0 else quantity(percent, 2)
 
 
-def off_text(verdict: Verdict) -> str:
+def off_text(verdict: PrintedVerdict) -> str:
     """Error of the print in percent."""
     return MISSING if verdict.off is None else f"{share_text(verdict.off)} %"
 
 
-def printed_text(verdict: Verdict) -> str:
+def printed_text(verdict: PrintedVerdict) -> str:
     """The print with its unit, or the formula."""
     return code(verdict.printed) if is_formula(verdict) else f"{verdict.printed} {escape_marks(verdict.unit)}".strip()
 
 
-def right_text(verdict: Verdict) -> str:
+def right_text(verdict: PrintedVerdict) -> str:
     """The text that is to stand in its place, with the unit."""
     if verdict.should_be is None:
         return MISSING
@@ -51,9 +51,9 @@ def right_text(verdict: Verdict) -> str:
     return f"**{escape_marks(verdict.should_be)}**" + (f" {escape_marks(verdict.unit)}".rstrip() if number else "")
 
 
-def corrections(verdicts: Sequence[Verdict]) -> list[tuple[Verdict, ...]]:
+def corrections(verdicts: Sequence[PrintedVerdict]) -> list[tuple[PrintedVerdict, ...]]:
     """Wrong items in the order of their importance; equal ones that stand in several places together."""
-    groups: dict[tuple[str, ...], list[Verdict]] = {}
+    groups: dict[tuple[str, ...], list[PrintedVerdict]] = {}
     for verdict in verdicts:
         if verdict.kind in IMPORTANCE:
             key = (verdict.kind, verdict.quantity, verdict.condition, verdict.printed, str(verdict.should_be))
@@ -61,12 +61,12 @@ def corrections(verdicts: Sequence[Verdict]) -> list[tuple[Verdict, ...]]:
     return sorted((tuple(group) for group in groups.values()), key=lambda group: rank(group[0]))
 
 
-def rank(verdict: Verdict) -> tuple[float, ...]:
+def rank(verdict: PrintedVerdict) -> tuple[float, ...]:
     """Key by which corrections are sorted."""
     return (IMPORTANCE.index(verdict.kind), is_formula(verdict), -round(verdict.off or 0.0, 9), verdict.line)
 
 
-def corrections_table(verdicts: Sequence[Verdict]) -> Table:
+def corrections_table(verdicts: Sequence[PrintedVerdict]) -> Table:
     """Wrong items with what should stand in their places."""
     rows = [
         [
@@ -79,17 +79,17 @@ def corrections_table(verdicts: Sequence[Verdict]) -> Table:
     return table(["", "line", "what", "printed", "should be", "off by", "verdict", "computation"], rows)
 
 
-def causes_table(verdicts: Sequence[Verdict]) -> Table:
+def causes_table(verdicts: Sequence[PrintedVerdict]) -> Table:
     """Causes with how many items each explains."""
-    causes: dict[str, list[Verdict]] = {}
+    causes: dict[str, list[PrintedVerdict]] = {}
     for verdict in verdicts:
-        if verdict.kind is Kind.EXPLAINED:
+        if verdict.kind is VerdictKind.EXPLAINED:
             causes.setdefault(verdict.cause or "", []).append(verdict)
     rows = [[escape_marks(cause.rstrip(",")), str(len(group))] for cause, group in causes.items()]
     return table(["cause", "items"], rows)
 
 
-def formulas_table(verdicts: Sequence[Verdict]) -> Table:
+def formulas_table(verdicts: Sequence[PrintedVerdict]) -> Table:
     """All formulas of a document."""
     rows = [
         [
@@ -102,10 +102,10 @@ def formulas_table(verdicts: Sequence[Verdict]) -> Table:
     return table(["line", "where", "quantity", "printed", "off by", "verdict", "should be", "computation"], rows)
 
 
-def _lines(group: Sequence[Verdict]) -> str:
+def _lines(group: Sequence[PrintedVerdict]) -> str:
     return ", ".join(str(line) for line in dict.fromkeys(verdict.line for verdict in group))
 
 
-def _what(verdict: Verdict) -> str:
+def _what(verdict: PrintedVerdict) -> str:
     subject = ", ".join(filter(None, (verdict.place, verdict.quantity)))
     return subject if is_formula(verdict) or not verdict.condition else f"{subject}: {verdict.condition}"

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from audits.report import corrections, sections
-from conrod.own.printed.verdicts import Audited, Number, Verdict
+from conrod.own.printed.verdicts import AuditedDocument, PrintedNumber, PrintedVerdict
 from conrod.report import printed_values
 
 # Digits of an exact value beyond the printed ones, and of a difference, that are saved; significant ones of a share.
@@ -23,30 +23,32 @@ def section(page: str) -> list[sections.Block]:
     return made() if made else []
 
 
-def notes(audited: Audited) -> list[str]:
+def notes(audited: AuditedDocument) -> list[str]:
     """What is uncertain."""
     return [printed_values.escape_marks(note) for note in audited.notes]
 
 
-def numbers(audited: Audited) -> list[Verdict]:
+def numbers(audited: AuditedDocument) -> list[PrintedVerdict]:
     """The items that are no formulas."""
     return [verdict for verdict in audited.verdicts if not corrections.is_formula(verdict)]
 
 
-def _summary(audited: Audited) -> dict[str, Any]:
+def _summary(audited: AuditedDocument) -> dict[str, Any]:
     return {**printed_values.KIND.summary(audited), "corrections": len(corrections.corrections(audited.verdicts))}
 
 
-def _kept(audited: Audited) -> Audited:
+def _kept(audited: AuditedDocument) -> AuditedDocument:
     """Numbers rounded to what comes out the same on every machine."""
     return replace(audited, verdicts=tuple(map(_rounded, audited.verdicts)))
 
 
-def _rounded(verdict: Verdict) -> Verdict:
+def _rounded(verdict: PrintedVerdict) -> PrintedVerdict:
     exact, difference, off = verdict.exact, verdict.difference, verdict.off
     if exact is not None:
         exact = (
-            None if corrections.is_formula(verdict) else round(exact, Number(verdict.printed).decimals + SAVED) + 0.0
+            None
+            if corrections.is_formula(verdict)
+            else round(exact, PrintedNumber(verdict.printed).decimals + SAVED) + 0.0
         )
     return replace(
         verdict,

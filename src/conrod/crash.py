@@ -15,7 +15,7 @@ from typing import Any
 # Exit statuses: 1 and 2 are those of a verdict and of bad usage.
 USAGE, INTERNAL, INTERRUPTED, BROKEN_PIPE = 2, 3, 130, 141
 DEBUG = "CONROD_DEBUG"
-LONGEST = 300  # characters of what an error says
+MAX_ERROR_CHARACTERS = 300  # characters of what an error says
 HOME = Path(__file__).parent
 
 
@@ -34,8 +34,8 @@ def run_guarded(run: Callable[[], object]) -> None:
         os.write(2, f"conrod: {out_of_memory()}\n".encode())
         status = USAGE
     except BaseException as error:
-        status = _ended_by(error)
-    sys.exit(_flushed(status))
+        status = _report_ending(error)
+    sys.exit(_flush_outputs(status))
 
 
 def out_of_memory() -> str:
@@ -45,62 +45,62 @@ def out_of_memory() -> str:
     return f"out of memory: fewer --steps-per-rev or --revolutions{allowed}"
 
 
-def _ended_by(error: BaseException) -> int:
+def _report_ending(error: BaseException) -> int:
     """Say in a line what ended the program; return its status."""
     from conrod.errors import InvalidInput
 
-    one = first_of(error)
+    one = first_error(error)
     if isinstance(error, BaseExceptionGroup) and error.split(type(one))[1] is not None:
         one = error  # several kinds
     if isinstance(one, KeyboardInterrupt):
-        _say("conrod: interrupted")
+        _print_error("conrod: interrupted")
         return INTERRUPTED
     if isinstance(one, BrokenPipeError | OutputClosed):
         return BROKEN_PIPE
     if isinstance(one, InvalidInput):
-        _say(f"conrod: {one}")
+        _print_error(f"conrod: {one}")
         return USAGE
-    return _crashed(error)
+    return _report_crash(error)
 
 
-def _crashed(error: BaseException) -> int:
+def _report_crash(error: BaseException) -> int:
     if os.environ.get(DEBUG, "0") not in ("", "0"):
         import traceback
 
-        _say("".join(traceback.format_exception(error)))
-    _say(crash_line(error))
+        _print_error("".join(traceback.format_exception(error)))
+    _print_error(crash_line(error))
     return INTERNAL
 
 
 def crash_line(error: BaseException) -> str:
     """One line on an internal error: its kind, its place in conrod, and how to report it."""
-    where = _place(error)
-    what = f"internal error: {text_of(error)}{f' in {where}' if where else ''}"
+    where = _error_location(error)
+    what = f"internal error: {error_text(error)}{f' in {where}' if where else ''}"
     return f"conrod: {what}. This is no verdict: report it to conrod's authors with the command; {DEBUG}=1 says more"
 
 
-def text_of(error: BaseException) -> str:
+def error_text(error: BaseException) -> str:
     """Kind and words of an error on one line, of bounded length, whatever its own code does."""
-    one, name = first_of(error), type(error).__name__
+    one, name = first_error(error), type(error).__name__
     try:
         words = " ".join(str(one).split())
     except Exception:  # an engine's own, which may raise anything
         words = "its text cannot be had"
     shown = "".join(letter if letter.isprintable() else "?" for letter in words)
     inner = f"{type(one).__name__}: " if one is not error else ""
-    return f"{name}: {inner}{shown[:LONGEST]}".rstrip(": ")
+    return f"{name}: {inner}{shown[:MAX_ERROR_CHARACTERS]}".rstrip(": ")
 
 
-def first_of(error: BaseException) -> BaseException:
+def first_error(error: BaseException) -> BaseException:
     """The first error of a group, or of the groups in it."""
     while isinstance(error, BaseExceptionGroup):
         error = error.exceptions[0]
     return error
 
 
-def _place(error: BaseException) -> str:
+def _error_location(error: BaseException) -> str:
     """Module and line of conrod where an error came from; empty where it was in none."""
-    trace, found = first_of(error).__traceback__, ""
+    trace, found = first_error(error).__traceback__, ""
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
         if file.is_relative_to(HOME) and file != Path(__file__):
@@ -109,30 +109,30 @@ def _place(error: BaseException) -> str:
     return found
 
 
-def _say(text: str) -> None:
+def _print_error(text: str) -> None:
     try:
         print(text, file=sys.stderr, flush=True)
     except (OSError, ValueError, AttributeError):  # there is nobody to read it
         return
 
 
-def _flushed(status: Any) -> Any:
+def _flush_outputs(status: Any) -> Any:
     """The status, or another where what was printed does not reach whoever reads it."""
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:
                 stream.flush()
         except OSError as error:
-            drop(stream)
+            discard_output(stream)
             if status in (None, 0, 1) and not isinstance(error, BrokenPipeError):
-                _say(f"conrod: {error.strerror or error}: standard output")
+                _print_error(f"conrod: {error.strerror or error}: standard output")
                 status = USAGE
             elif status in (None, 0, 1):
                 status = BROKEN_PIPE
     return status
 
 
-def drop(stream: object) -> None:
+def discard_output(stream: object) -> None:
     """Forget what a stream cannot take: Python would complain again when it closes it."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # type: ignore[attr-defined]

@@ -13,13 +13,13 @@ Value = TypeVar("Value")
 
 # Of two names, by the share of letters in the same order: below the first they are not alike. Others than the nearest
 # are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
-LEAST_LIKENESS, AS_NEAR, BEGUN = 0.49, 0.95, 0.75
+MIN_LIKENESS, NEARLY_AS_LIKE, BEGUN_NAME_FACTOR = 0.49, 0.95, 0.75
 
 
 # Characters that command a terminal or a reader, each as what is shown in its place: control characters but tab and
 # line end, those that turn the direction of what follows, other ends of lines, letters that are seen nowhere, and
 # halves of characters.
-COMMANDING = dict.fromkeys(
+COMMANDING_CHARACTERS = dict.fromkeys(
     [
         *range(0x09), *range(0x0B, 0x20), *range(0x7F, 0xA0), 0x61C, 0x200E, 0x200F, *range(0x2028, 0x202F),
         *range(0x2066, 0x206A), *range(0xFFF9, 0xFFFC), *range(0xD800, 0xE000), *range(0xE0000, 0xE0080),
@@ -72,12 +72,12 @@ def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
         whole, begun = name.casefold(), name.casefold()[: len(typed)]
         return max(
             difflib.SequenceMatcher(None, typed, whole).ratio(),
-            BEGUN * difflib.SequenceMatcher(None, typed, begun).ratio(),
+            BEGUN_NAME_FACTOR * difflib.SequenceMatcher(None, typed, begun).ratio(),
         )
 
     likely = sorted(((likeness(name), name) for name in names), key=lambda pair: -pair[0])
     best = likely[0][0] if likely else 0.0
-    return [name for alike, name in likely[:most] if alike >= max(LEAST_LIKENESS, AS_NEAR * best)]
+    return [name for alike, name in likely[:most] if alike >= max(MIN_LIKENESS, NEARLY_AS_LIKE * best)]
 
 
 def named_values(

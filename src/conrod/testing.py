@@ -25,9 +25,9 @@ from conrod.runs.trajectory import Outcome, Trajectory, concatenate_pieces
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 
 QUANTITIES = ("position", "velocity", "acceleration")
-START, TURNS = 0.7, 0.25  # [rad], and of a turn
+START_ANGLE, RUN_TURNS = 0.7, 0.25  # [rad], and of a turn
 # A stamp that is half a step off keeps that lag at any step; what an error of a higher order looks like falls with it.
-LAG, FALLS = 0.05, 0.7
+MAX_LAG, FALL_FACTOR = 0.05, 0.7
 ROUNDING = 1e-9
 
 
@@ -76,8 +76,10 @@ class EngineConformance:
             first = self._run(scene, settings, 2.0 / settings.steps_per_revolution)
             assert first.bodies is not None
             at = first.bodies.position.instants
-            assert at.angle[0] == pytest.approx(START, abs=self.rounding), f"{name}: the crank's angle at the start"
-            exact = scene.motion(np.array([START]), scene.speed)
+            assert at.angle[0] == pytest.approx(START_ANGLE, abs=self.rounding), (
+                f"{name}: the crank's angle at the start"
+            )
+            exact = scene.motion(np.array([START_ANGLE]), scene.speed)
             for point, tracks in first.points.items():
                 off = np.linalg.norm(tracks.position.values[0] - exact.point(point).position[0])
                 assert off <= self._allowed_at_start(settings) * scene.lengths[point], f"{name}: {point} at the start"
@@ -100,7 +102,7 @@ class EngineConformance:
                     self._lags(scene, self._run(scene, self.engine.presets[name](scene, n)), n) for n in self.steps
                 )
                 for quantity in QUANTITIES:
-                    falls = fine[quantity] <= max(LAG, FALLS * coarse[quantity])
+                    falls = fine[quantity] <= max(MAX_LAG, FALL_FACTOR * coarse[quantity])
                     assert falls, f"{name}: {quantity} lags its stamp by {fine[quantity]:.2g} steps at any step"
 
     # -- the motion ----------------------------------------------------------------------------------------------------
@@ -156,8 +158,8 @@ class EngineConformance:
             for scene in self._machines(name):
                 yield name, scene, preset(scene, self.steps[0])
 
-    def _run(self, scene: Scene, settings: Any, turns: float = TURNS, steps: int = 4096) -> Trajectory:
-        return concatenate_pieces(list(self.engine.run(scene, settings, turns, START, steps))).trajectory
+    def _run(self, scene: Scene, settings: Any, turns: float = RUN_TURNS, steps: int = 4096) -> Trajectory:
+        return concatenate_pieces(list(self.engine.run(scene, settings, turns, START_ANGLE, steps))).trajectory
 
     def _allowed_at_start(self, settings: Any) -> float:
         """Of the travel: rounding, for an engine that starts exact."""
@@ -171,11 +173,11 @@ class EngineConformance:
             for quantity, rate in zip(QUANTITIES, (*QUANTITIES[1:], "jerk"), strict=True):
                 track = getattr(tracks, quantity)
                 exact = scene.motion(np.asarray(track.instants.angle), scene.speed).point(point)
-                lag = _projected(track.values - getattr(exact, quantity), getattr(exact, rate)) / step
+                lag = _explained_shift(track.values - getattr(exact, quantity), getattr(exact, rate)) / step
                 found[quantity] = max(found[quantity], abs(lag))
         return found
 
 
-def _projected(error: Array, rate: Array) -> float:
+def _explained_shift(error: Array, rate: Array) -> float:
     """The time [s] by which an error (T, 2) is explained as a shift of what changes at a rate (T, 2)."""
     return float((error * rate).sum() / max(float((rate * rate).sum()), 1e-300))

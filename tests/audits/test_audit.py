@@ -25,7 +25,7 @@ from audits.judging import Case, Explanation, Item, judge
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
-from conrod.own.printed.verdicts import Kind, Number
+from conrod.own.printed.verdicts import PrintedNumber, VerdictKind
 from conrod.report.writer import render_again
 from conrod.scenes import ShearPress, catalogue_scene
 
@@ -49,7 +49,7 @@ def test_one_set_of_constants_cut_short_reproduces_all_other_cells_and_whole_con
             (name, row["theta_deg"])
             for name, values in columns.items()
             for row, value in zip(rows, values, strict=True)
-            if not Number(row[name]).is_rounding_of(float(value))
+            if not PrintedNumber(row[name]).is_rounding_of(float(value))
         }
 
     assert missed(press.worked(degrees)) == misprints
@@ -62,12 +62,12 @@ def test_one_set_of_constants_cut_short_reproduces_all_other_cells_and_whole_con
 @pytest.mark.parametrize(
     ("column", "quantity", "printed", "kind", "right"),
     [
-        ("vyG", "velocity of G, y", "-146.1", Kind.MISPRINT, "-164.1"),  # its size and its x contradict it
-        ("yG", "y of G", "154.90", Kind.NOT_REPRODUCIBLE, "145.91"),  # no neighbour fixes a position
+        ("vyG", "velocity of G, y", "-146.1", VerdictKind.MISPRINT, "-164.1"),  # its size and its x contradict it
+        ("yG", "y of G", "154.90", VerdictKind.NOT_REPRODUCIBLE, "145.91"),  # no neighbour fixes a position
     ],
 )
 def test_a_planted_wrong_cell_is_judged_by_its_neighbours(
-    column: str, quantity: str, printed: str, kind: Kind, right: str
+    column: str, quantity: str, printed: str, kind: VerdictKind, right: str
 ) -> None:
     rows = [dict(row) for row in press.table()]
     assert rows[12][column] != printed
@@ -82,21 +82,26 @@ def test_a_planted_wrong_cell_is_judged_by_its_neighbours(
 )
 def test_a_planted_wrong_value_never_agrees(document: str, name: str, cases: dict) -> None:
     for item in shipped_items(document, name):
-        wrong = replace(item, number=Number(item.number.like(3.7 * item.number.value + 4.0)))
+        wrong = replace(item, number=PrintedNumber(item.number.format_like(3.7 * item.number.value + 4.0)))
         before, after = (judge(cases[one.key](one)) for one in (item, wrong))
-        assert after.kind not in (Kind.AGREES, Kind.AFTER_ROUNDING, Kind.EXPLAINED, Kind.WRONG_STEP), after
+        assert after.kind not in (
+            VerdictKind.AGREES,
+            VerdictKind.AFTER_ROUNDING,
+            VerdictKind.EXPLAINED,
+            VerdictKind.WRONG_STEP,
+        ), after
         assert after.printed != before.printed
 
 
 def test_slips_of_the_cam_paper_are_met_by_one_row_of_its_tables_and_by_no_other() -> None:
     flanks = (88.0, 98.0, 108.0, 118.0)
     values = [abs(float(c.series(c.joint_c, "nose")[2, 0])) for c in (ArcCam(36.0, rho) for rho in flanks)]
-    assert [Number("217,314").is_rounding_of(value) for value in values] == [False, False, True, False]
+    assert [PrintedNumber("217,314").is_rounding_of(value) for value in values] == [False, False, True, False]
     found = [
         (rho, angle)
         for rho in (72.5, *flanks)
         for angle in (160.0, 162.228, 162.244, 162.728, 163.323)
-        if Number("-89,616").is_rounding_of(float(ArcCam(36.0, rho).series(angle, "flank")[3, 0]))
+        if PrintedNumber("-89,616").is_rounding_of(float(ArcCam(36.0, rho).series(angle, "flank")[3, 0]))
     ]
     assert found == [(88.0, 162.228)]
 
@@ -105,9 +110,10 @@ def test_a_number_of_a_lost_polygon_that_others_do_not_support_is_called_lost() 
     # A millimetre and a half of the drawing more than what is printed.
     item = next(i for i in shipped_items("001", "module.csv") if i.key == "6.15-vxc")
     found = [
-        judge(module.CASES[item.key](replace(item, number=Number(text)))).kind for text in (item.number.text, "25,7")
+        judge(module.CASES[item.key](replace(item, number=PrintedNumber(text)))).kind
+        for text in (item.number.text, "25,7")
     ]
-    assert found == [Kind.AFTER_ROUNDING, Kind.NOT_REPRODUCIBLE]
+    assert found == [VerdictKind.AFTER_ROUNDING, VerdictKind.NOT_REPRODUCIBLE]
 
 
 def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> None:
@@ -155,23 +161,23 @@ def test_the_rack_linkage_has_the_catalogues_speeds_and_tangential_accelerations
 
 # -- the engine of verdicts ------------------------------------------------------------------------------------------
 
-ITEM = Item("test", "key", "here", 1, "length", "", Number("2.35"), "mm", "")
+ITEM = Item("test", "key", "here", 1, "length", "", PrintedNumber("2.35"), "mm", "")
 NEAR_MISSES = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449))
 
 
 @pytest.mark.parametrize(("exact", "more", "kind"), [
-    (2.3541, {}, Kind.AGREES),
-    (2.3591, {}, Kind.AFTER_ROUNDING),
-    (2.40, {"causes": (Explanation("pi = 3.14", 2.3502),)}, Kind.EXPLAINED),
-    (2.85, {"neighbours": (Explanation("beside", 2.85, 0.01),)}, Kind.MISPRINT),
+    (2.3541, {}, VerdictKind.AGREES),
+    (2.3591, {}, VerdictKind.AFTER_ROUNDING),
+    (2.40, {"causes": (Explanation("pi = 3.14", 2.3502),)}, VerdictKind.EXPLAINED),
+    (2.85, {"neighbours": (Explanation("beside", 2.85, 0.01),)}, VerdictKind.MISPRINT),
     # A neighbour that contradicts the exact value too proves no misprint.
-    (2.85, {"neighbours": (Explanation("beside", 3.85, 0.01),)}, Kind.NOT_REPRODUCIBLE),
-    (2.40, {"wrong_steps": (Explanation("5 for 6", 2.3549),)}, Kind.WRONG_STEP),
-    (2.40, {"reading": 0.1}, Kind.AFTER_ROUNDING),
-    (2.40, {"causes": NEAR_MISSES, "wrong_steps": NEAR_MISSES[1:]}, Kind.NOT_REPRODUCIBLE),
+    (2.85, {"neighbours": (Explanation("beside", 3.85, 0.01),)}, VerdictKind.NOT_REPRODUCIBLE),
+    (2.40, {"wrong_steps": (Explanation("5 for 6", 2.3549),)}, VerdictKind.WRONG_STEP),
+    (2.40, {"reading": 0.1}, VerdictKind.AFTER_ROUNDING),
+    (2.40, {"causes": NEAR_MISSES, "wrong_steps": NEAR_MISSES[1:]}, VerdictKind.NOT_REPRODUCIBLE),
 ])  # fmt: skip
 def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print(
-    exact: float, more: dict[str, Any], kind: Kind
+    exact: float, more: dict[str, Any], kind: VerdictKind
 ) -> None:
     assert judge(Case(ITEM, exact, "sum", **more)).kind is kind
 

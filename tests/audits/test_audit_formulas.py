@@ -15,7 +15,7 @@ from audits.documents import module_claims
 from audits.formulas import listing_names, saw_listing
 from audits.formulas.published import SAME, Formula, derivative, discrepancy, verdict_on
 from audits.listing_survey import runs
-from conrod.own.printed.verdicts import Kind
+from conrod.own.printed.verdicts import VerdictKind
 
 DOCUMENTS = (
     "press", "press_steps", "module", "module_relations", "module_vectors", "saw", "saw_vectors", "saw_listing",
@@ -32,11 +32,11 @@ def published(document: str) -> tuple[Sequence[Formula], Any]:
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_a_planted_factor_in_a_right_formula_is_caught(document: str) -> None:
     formulas, arguments = published(document)
-    right = [f for f in formulas if verdict_on(f, arguments).kind is Kind.AGREES]
+    right = [f for f in formulas if verdict_on(f, arguments).kind is VerdictKind.AGREES]
     assert right
     for formula in right:
         bent = replace(formula, function=lambda f=formula.function, **k: 1.0001 * f(**k))
-        assert verdict_on(bent, arguments).kind is Kind.NOT_REPRODUCIBLE
+        assert verdict_on(bent, arguments).kind is VerdictKind.NOT_REPRODUCIBLE
 
 
 @pytest.mark.parametrize("document", DOCUMENTS)
@@ -45,7 +45,7 @@ def test_a_mended_formula_holds_and_a_wrong_mend_is_not_believed(document: str) 
     for formula in (f for f in formulas if f.mended is not None):
         assert discrepancy(formula.mended, formula.truth, arguments) <= SAME
         verdict = verdict_on(replace(formula, mended=formula.function), arguments)
-        assert verdict.kind is Kind.NOT_REPRODUCIBLE
+        assert verdict.kind is VerdictKind.NOT_REPRODUCIBLE
 
 
 def test_the_derivative_by_the_complex_step_is_good_to_rounding() -> None:
@@ -85,19 +85,21 @@ def test_names_that_the_listing_never_assigns_are_told_and_put_right_they_are_no
 
 def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
     right = replace(module_names.UNITS[1], unit="m/s^2")
-    assert module_names._unit(right).kind is Kind.AGREES
+    assert module_names._unit(right).kind is VerdictKind.AGREES
     length = module_names.LENGTHS[1]
-    assert module_names._length(length).kind is Kind.MISPRINT
-    assert module_names._length(replace(length, name="O13A", right="O13A")).kind is Kind.AGREES
+    assert module_names._length(length).kind is VerdictKind.MISPRINT
+    assert module_names._length(replace(length, name="O13A", right="O13A")).kind is VerdictKind.AGREES
     # A use that does not give the printed result shows nothing.
-    assert module_names._length(replace(length, length="0,66")).kind is Kind.NOT_REPRODUCIBLE
+    assert module_names._length(replace(length, length="0,66")).kind is VerdictKind.NOT_REPRODUCIBLE
 
 
 def test_senses_and_directions_that_the_module_tells_are_those_of_its_machines() -> None:
     found = {v.quantity: v for v in module_claims.verdicts()}
-    assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [Kind.AGREES] * 3
-    assert found["direction of CY4"].kind is Kind.MISPRINT
+    assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [
+        VerdictKind.AGREES
+    ] * 3
+    assert found["direction of CY4"].kind is VerdictKind.MISPRINT
     # The speeds that the example prints, with their signs; and the other sense is not believed.
     assert module_claims.turn_of("two-slider-linkage", "A", "B") == pytest.approx(-21.88, abs=0.005)
     assert module_claims.turn_of("two-slider-linkage", "B", "C") == pytest.approx(63.457, abs=0.005)
-    assert module_claims._sense(750, "omega 3", "A", "B", 1).kind is Kind.MISPRINT
+    assert module_claims._sense(750, "omega 3", "A", "B", 1).kind is VerdictKind.MISPRINT

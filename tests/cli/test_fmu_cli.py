@@ -176,7 +176,7 @@ def test_what_cannot_be_used_is_one_line(
 def test_an_archive_that_was_made_to_do_harm_is_refused(
     files: dict[str, str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(fmu, "MOST_BYTES", 100_000)
+    monkeypatch.setattr(fmu, "MAX_UNPACKED_BYTES", 100_000)
     write_fmu(tmp_path / "saw.fmu", None, files)
     assert words in refusal(*CHECK, *POINT, cwd=tmp_path)
     monkeypatch.setitem(sys.modules, "fmpy", None)

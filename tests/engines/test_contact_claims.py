@@ -18,7 +18,7 @@ from conrod.engines.mujoco.mjcf import mjcf_text
 from conrod.engines.mujoco.model import compile_mjcf
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
-from conrod.mjcf.lint.bench import differing
+from conrod.mjcf.lint.bench import first_difference
 from conrod.runs.comparison import ExactMotions
 from conrod.scenes import scene_named
 
@@ -82,12 +82,12 @@ def test_a_cached_mesh_gives_the_same_model_bit_for_bit() -> None:
         text = text_of(CAM, steps, **cam)
         plain = mujoco.MjModel.from_xml_string(text)
         assert plain.nmeshgraph > 0
-        assert differing(compile_mjcf(text), plain) == ""
+        assert first_difference(compile_mjcf(text), plain) == ""
     # Negative control: another step, and one vertex off by a bit.
-    assert differing(compile_mjcf(text_of(CAM, 1000, **cam)), plain) == "pair_solref"  # which follows the step
+    assert first_difference(compile_mjcf(text_of(CAM, 1000, **cam)), plain) == "pair_solref"  # which follows the step
     first = text.split('vertex="')[1].split()[0]
     off = text.replace(first, f"{np.nextafter(np.float32(first), np.float32(1.0)):.9g}", 1)
-    assert differing(compile_mjcf(off), plain) != ""
+    assert first_difference(compile_mjcf(off), plain) != ""
 
 
 def test_two_cams_of_one_name_are_not_confused() -> None:

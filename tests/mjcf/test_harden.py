@@ -18,8 +18,8 @@ from own_model_edits import TEXTS, replaced
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf import harden_recipe as recipes
-from conrod.mjcf.equalities import openings
-from conrod.mjcf.harden import harden_file, start_of, swing
+from conrod.mjcf.equalities import constraint_violations
+from conrod.mjcf.harden import closed_start, harden_file, run_finer
 from conrod.mjcf.results import HardenedModel
 from conrod.mjcf.runs import STATE
 
@@ -32,7 +32,7 @@ def legged() -> mujoco.MjModel:
 
 
 def opening_of(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> float:
-    return float(swing(model, state, steps, every, finer).openings(float(model.stat.extent)).max())
+    return float(run_finer(model, state, steps, every, finer).constraint_violations(float(model.stat.extent)).max())
 
 
 def exact_points(model: mujoco.MjModel, state: Array, steps: int, every: int) -> Array:
@@ -96,8 +96,8 @@ def test_hardening_closes_every_loop_and_it_is_the_whole_recipe_that_keeps_the_m
     # Control: it is the whole recipe that does it. Weights alone leave the loops to the step of Euler; softness stays
     # whatever the step, so that RK4 alone has no order at all.
     closures = recipes.active_closures(legged())
-    start, _ = start_of(legged(), "swing")
-    scaled, soft = recipes.edited(legged(), alone(recipes.recipe_for(legged(), closures))), copy.copy(legged())
+    start, _ = closed_start(legged(), "swing")
+    scaled, soft = recipes.apply_recipe(legged(), alone(recipes.recipe_for(legged(), closures))), copy.copy(legged())
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for model, order in ((scaled, 1.0), (soft, 0.0)):
         wide = [opening_of(model, start, 150, 3, k) for k in (1, 4)]
@@ -112,12 +112,12 @@ def test_loops_stay_closed_when_feet_hit_the_floor_and_knees_their_stops() -> No
 
 def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
-    state = start_of(legged(), "swing")[0]
+    state = closed_start(legged(), "swing")[0]
     exact = exact_points(legged(), state, 100, 20)
     recipe = recipes.recipe_for(legged(), recipes.active_closures(legged()))
 
     def error(recipe: recipes.Recipe) -> float:
-        return float(np.abs(swing(recipes.edited(legged(), recipe), state, 100, 20).centres - exact).max())
+        return float(np.abs(run_finer(recipes.apply_recipe(legged(), recipe), state, 100, 20).centres - exact).max())
 
     assert error(recipe) < 2e-8
     assert error(()) > 1e-4
@@ -139,12 +139,12 @@ def test_a_start_that_leaves_loops_open_is_closed_and_told() -> None:
         mujoco.MjModel.from_xml_string(LEGGED.read_text().replace(lever.format("0.05", ""), lever.format(*place)))
         for place in (("0.05", ".002"), ("3", ""))
     )
-    state, start = start_of(aside, "swing")
+    state, start = closed_start(aside, "swing")
     assert (start["start_opening"], start["start_closed"]) == (pytest.approx(0.002), True)
-    first = swing(aside, state, 1, 1).openings(1.0)[0]
+    first = run_finer(aside, state, 1, 1).constraint_violations(1.0)[0]
     assert first.max() < 1e-12
     # One that no pose can close is left as it is.
-    assert not start_of(apart, "swing")[1]["start_closed"]
+    assert not closed_start(apart, "swing")[1]["start_closed"]
 
 
 def test_a_weld_is_open_by_its_place_or_by_its_turn_at_an_extent() -> None:
@@ -156,8 +156,8 @@ def test_a_weld_is_open_by_its_place_or_by_its_turn_at_an_extent() -> None:
     data.qpos[0] = 0.01
     mujoco.mju_axisAngle2Quat(data.qpos[3:], np.array([0.0, 0.0, 1.0]), 0.3)
     mujoco.mj_fwdPosition(model, data)
-    assert openings(model, data, 0.0) == pytest.approx([0.01])
-    assert openings(model, data, 0.2) == pytest.approx([0.2 * 2.0 * np.sin(0.15)])
+    assert constraint_violations(model, data, 0.0) == pytest.approx([0.01])
+    assert constraint_violations(model, data, 0.2) == pytest.approx([0.2 * 2.0 * np.sin(0.15)])
 
 
 # -- models that hardening would do harm to, or nothing ------------------------------------------------------------
@@ -235,24 +235,26 @@ def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, 5000)
     mujoco.mj_forward(model, data)
-    (opening,) = openings(model, data, 0.0)
+    (opening,) = constraint_violations(model, data, 0.0)
     assert opening == pytest.approx(9.81 * recipes.compliance(solref, solimp, 0.0), rel=1e-6)
 
 
 def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not() -> None:
     closures = recipes.active_closures(legged())
     recipe = recipes.recipe_for(legged(), closures)
-    model = recipes.edited(legged(), recipe)
-    assert "hardened already" in recipes.nothing_to_do(model, closures)
+    model = recipes.apply_recipe(legged(), recipe)
+    assert "hardened already" in recipes.refusal_reason(model, closures)
     mujoco.mj_setConst(model, mujoco.MjData(model))
-    np.testing.assert_allclose(recipes.weights(model, closures), recipes.weights(legged(), closures), rtol=1e-9)
-    assert recipes.nothing_to_do(model, closures) == recipes.nothing_to_do(legged(), closures) == ""
+    np.testing.assert_allclose(
+        recipes.inverse_weights(model, closures), recipes.inverse_weights(legged(), closures), rtol=1e-9
+    )
+    assert recipes.refusal_reason(model, closures) == recipes.refusal_reason(legged(), closures) == ""
     inactive = two_arms(BELT.format('active="false"'))
-    assert "none of its equality constraints is active" in recipes.nothing_to_do(
+    assert "none of its equality constraints is active" in recipes.refusal_reason(
         inactive, recipes.active_closures(inactive)
     )
-    state = start_of(legged(), "swing")[0]
-    undone, hard = (opening_of(one, state, 100, 2) for one in (model, recipes.edited(legged(), recipe)))
+    state = closed_start(legged(), "swing")[0]
+    undone, hard = (opening_of(one, state, 100, 2) for one in (model, recipes.apply_recipe(legged(), recipe)))
     assert hard < 1e-5 * undone
 
 
@@ -266,14 +268,14 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
     model.write_text(text)
     assert harden_file(model, "swing", 0.05).refusals == ()
 
-    edited = recipes.edited
+    edited = recipes.apply_recipe
 
     def slow(model: mujoco.MjModel, recipe: recipes.Recipe) -> mujoco.MjModel:
         changed = edited(model, alone(recipe))
         changed.eq_solref[:3, 0] = 0.1
         return changed
 
-    monkeypatch.setattr("conrod.mjcf.harden_recipe.edited", slow)
+    monkeypatch.setattr("conrod.mjcf.harden_recipe.apply_recipe", slow)
     study, forced = (harden_file(model, "swing", 0.05, force=force) for force in (False, True))
     (reason,) = study.refusals
     assert "its loops open more" in reason
@@ -306,12 +308,14 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
         for one in (model, straight)
     ]
     assert slowed == [mujoco.mjtIntegrator.mjINT_RK4, 0.02]
-    assert any("cam" in note and "velocity" in note for note in recipes.to_know(model, recipes.active_closures(model)))
-    assert recipes.to_know(straight, recipes.active_closures(straight)) == ()
-    hard, wide = recipes.edited(model, recipes.recipe_for(model, recipes.active_closures(model))), []
+    assert any(
+        "cam" in note and "velocity" in note for note in recipes.hardening_notes(model, recipes.active_closures(model))
+    )
+    assert recipes.hardening_notes(straight, recipes.active_closures(straight)) == ()
+    hard, wide = recipes.apply_recipe(model, recipes.recipe_for(model, recipes.active_closures(model))), []
     for constant in (0.01, 0.02):
         hard.eq_solref[0, 0] = constant
-        wide.append(opening_of(hard, start_of(model)[0], 400, 4))
+        wide.append(opening_of(hard, closed_start(model)[0], 400, 4))
     assert np.log2(wide[1] / wide[0]) == pytest.approx(2.0, abs=0.2)
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from command_line import conrod
 
-from conrod.mjcf.invariances.accelerations import Similarity, converged, forward
-from conrod.mjcf.invariances.changes import SIMILARITIES, Bench, every, similarities
-from conrod.mjcf.invariances.study import declared_otherwise
-from conrod.mjcf.results import Kept
+from conrod.mjcf.invariances.accelerations import Similarity, forward, with_converged_solver
+from conrod.mjcf.invariances.changes import SIMILARITIES, InvarianceBench, all_invariance_checks, similarities
+from conrod.mjcf.invariances.study import study_declaration_orders
+from conrod.mjcf.results import InvarianceOutcome
 from conrod.mjcf.runs import run, state_of
 from conrod.own.models.loading import load_model
 from conrod.studies.frame.resolve_arguments import select_scene
@@ -35,13 +35,13 @@ BOX = """<geom type="plane" size="3 3 0.1" pos="0 0 -0.5"/><body name="box" pos=
   <geom type="box" size="0.1 0.08 0.1" friction="0.8"/></body>"""
 
 
-def bench_of(path: Path, more: str = "") -> Bench:
+def bench_of(path: Path, more: str = "") -> InvarianceBench:
     path.write_text(LOOPS.format(more=more), encoding="utf-8")
     model = load_model(path)
     data = mujoco.MjData(model)
     data.ctrl[:], data.qvel[:], data.qvel[4:6] = 0.5, 0.1, 1.0  # the box slides
     states = run(model, state_of(model, data), 60).states[::20]
-    return Bench.of(model, 0.02 * np.arange(len(states)), states)
+    return InvarianceBench.from_states(model, 0.02 * np.arange(len(states)), states)
 
 
 @pytest.fixture(scope="module")
@@ -50,28 +50,30 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def loops(path: Path) -> Bench:
+def loops(path: Path) -> InvarianceBench:
     return bench_of(path)
 
 
-def test_solver_units_place_and_order_do_not_matter_to_rounding(loops: Bench, path: Path) -> None:
-    found = list(every(loops, path))
+def test_solver_units_place_and_order_do_not_matter_to_rounding(loops: InvarianceBench, path: Path) -> None:
+    found = list(all_invariance_checks(loops, path))
     assert len(found) == 6
-    assert all(one.outcome is Kept.HOLDS and one.difference < 1e-9 for one in found)
+    assert all(one.outcome is InvarianceOutcome.HOLDS and one.difference < 1e-9 for one in found)
 
 
 @pytest.mark.parametrize("field", ["body_mass", "eq_data", "dof_frictionloss", "jnt_stiffness", "actuator_gainprm"])
-def test_a_number_that_is_off_by_1e_8_is_found(loops: Bench, field: str) -> None:
-    off = converged(loops.model)
+def test_a_number_that_is_off_by_1e_8_is_found(loops: InvarianceBench, field: str) -> None:
+    off = with_converged_solver(loops.model)
     getattr(off, field)[:] *= 1.0 + 1e-8
-    found = loops.held("planted", lambda state: forward(off, state).qacc)
-    assert found.outcome is Kept.BROKEN
+    found = loops.judge_change("planted", lambda state: forward(off, state).qacc)
+    assert found.outcome is InvarianceOutcome.BROKEN
     assert found.over_bound > 1.0
 
 
 @pytest.mark.parametrize("field", ["body_inertia", "dof_armature", "gravity", "jnt_stiffness"])
-def test_a_similarity_that_forgets_a_field_is_found(loops: Bench, field: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    applied = Similarity.applied
+def test_a_similarity_that_forgets_a_field_is_found(
+    loops: InvarianceBench, field: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    applied = Similarity.apply
 
     def forgetful(self: Similarity, model: mujoco.MjModel) -> mujoco.MjModel:
         made = applied(self, model)
@@ -79,20 +81,20 @@ def test_a_similarity_that_forgets_a_field_is_found(loops: Bench, field: str, mo
         getattr(owner, field)[:] = getattr(model.opt if field == "gravity" else model, field)
         return made
 
-    monkeypatch.setattr(Similarity, "applied", forgetful)
-    assert any(one.outcome is Kept.BROKEN for one in similarities(loops))
+    monkeypatch.setattr(Similarity, "apply", forgetful)
+    assert any(one.outcome is InvarianceOutcome.BROKEN for one in similarities(loops))
 
 
 def test_friction_pyramids_follow_the_world_and_are_round_where_it_is_turned(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sliding = bench_of(tmp_path / "sliding.xml", BOX)
-    assert [one.outcome for one in similarities(sliding)] == [Kept.HOLDS, Kept.HOLDS]
-    monkeypatch.setattr("conrod.mjcf.invariances.changes._with_a_round_cone", lambda bench: bench)
-    assert [one.outcome for one in similarities(sliding)] == [Kept.HOLDS, Kept.BROKEN]
+    assert [one.outcome for one in similarities(sliding)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.HOLDS]
+    monkeypatch.setattr("conrod.mjcf.invariances.changes._with_elliptic_cone", lambda bench: bench)
+    assert [one.outcome for one in similarities(sliding)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.BROKEN]
 
 
-def test_what_a_similarity_does_not_know_is_unsupported_with_the_reason(loops: Bench) -> None:
+def test_what_a_similarity_does_not_know_is_unsupported_with_the_reason(loops: InvarianceBench) -> None:
     windy = copy.copy(loops.model)
     windy.opt.density = 1.2
     assert all(one.refusal(windy) == "the model has a fluid" for one in SIMILARITIES.values())
@@ -109,14 +111,14 @@ def test_a_world_of_many_geoms_is_turned_with_the_boxes_that_contacts_are_sought
     path.write_text(f"<mujoco><worldbody>{floor}{body}</worldbody></mujoco>", encoding="utf-8")
     model = load_model(path)
     states = run(model, state_of(model, mujoco.MjData(model)), 60).states[::20]
-    bench = Bench.of(model, 0.04 * np.arange(len(states)), states)
-    assert [one.outcome for one in similarities(bench)] == [Kept.HOLDS, Kept.HOLDS]
+    bench = InvarianceBench.from_states(model, 0.04 * np.arange(len(states)), states)
+    assert [one.outcome for one in similarities(bench)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.HOLDS]
     # Negative control: with the boxes as they were compiled, contacts are missed.
     monkeypatch.setattr(mujoco.mjtDisableBit, "mjDSBL_MIDPHASE", 0)
-    assert [one.outcome for one in similarities(bench)] == [Kept.HOLDS, Kept.BROKEN]
+    assert [one.outcome for one in similarities(bench)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.BROKEN]
 
 
-def test_an_actuator_whose_force_is_not_linear_is_not_known(loops: Bench) -> None:
+def test_an_actuator_whose_force_is_not_linear_is_not_known(loops: InvarianceBench) -> None:
     muscle = copy.copy(loops.model)
     muscle.actuator_gaintype[0] = int(mujoco.mjtGain.mjGAIN_MUSCLE)
     assert SIMILARITIES["masses doubled"].refusal(loops.model) == ""
@@ -126,9 +128,11 @@ def test_an_actuator_whose_force_is_not_linear_is_not_known(loops: Bench) -> Non
 @pytest.mark.slow
 def test_sparse_factorisation_of_4_0_0_is_told_from_that_of_4_0_1() -> None:
     """MuJoCo 4.0.1's release notes: 4.0.0 merged rows with different descendants (#3767)."""
-    sparse = next(one for one in declared_otherwise(select_scene("four-bar-chain-5", [])[1]) if "sparse" in one.change)
+    sparse = next(
+        one for one in study_declaration_orders(select_scene("four-bar-chain-5", [])[1]) if "sparse" in one.change
+    )
     assert sparse.cases > 50
-    assert sparse.outcome is (Kept.BROKEN if mujoco.__version__ == "4.0.0" else Kept.HOLDS)
+    assert sparse.outcome is (InvarianceOutcome.BROKEN if mujoco.__version__ == "4.0.0" else InvarianceOutcome.HOLDS)
 
 
 def test_command_judges_any_model_and_names_what_does_not_go_with_it(tmp_path: Path) -> None:

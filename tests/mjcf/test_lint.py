@@ -19,12 +19,12 @@ from own_model_edits import replaced
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.anchors import parts_apart
-from conrod.mjcf.invariances.study import study
-from conrod.mjcf.lint.bench import differing
+from conrod.mjcf.invariances.study import study_invariances
+from conrod.mjcf.lint.bench import first_difference
 from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
 from conrod.mjcf.lint.linting import RULES, lint
-from conrod.mjcf.results import Kept
-from conrod.own.files import files_of_model
+from conrod.mjcf.results import InvarianceOutcome
+from conrod.own.files import model_files
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank
 MJCF = Path(__file__).parents[2] / "mjcf"
@@ -240,7 +240,7 @@ def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_tex
     for name, text in parts.items():
         (gripper.parent / name).parent.mkdir(parents=True, exist_ok=True)
         (gripper.parent / name).write_text(text)
-    assert set(files_of_model(gripper)) == {gripper.parent / name for name in parts}
+    assert set(model_files(gripper)) == {gripper.parent / name for name in parts}
     report = lint(gripper, seconds=0.02, fix_folder=gripper.parent)
     assert report.fixed.edits == ('<option><flag autoreset="disable"/></option>',)
     assert report.fixed.change == 0.0
@@ -248,15 +248,15 @@ def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_tex
     assert [line for line in report.fixed.text.decode().splitlines() if line in lines] == lines
     with pytest.raises(InvalidInput, match=r"write it into .*robot, beside the model"):
         lint(gripper, seconds=0.02, fix_folder=tmp_path)
-    _, found = study(gripper, 0.02, None, (), "")
-    assert next(one.outcome for one in found if one.change == "order of declaration") is Kept.HOLDS
+    _, found = study_invariances(gripper, 0.02, None, (), "")
+    assert next(one.outcome for one in found if one.change == "order of declaration") is InvarianceOutcome.HOLDS
     left = {str(path.relative_to(gripper.parent)): path.read_text() for path in gripper.parent.rglob("*.*")}
     assert left == parts
     (gripper.parent / "fixed.xml").write_bytes(report.fixed.text)
     fixed, model = (mujoco.MjModel.from_xml_path(str(gripper.parent / name)) for name in ("fixed.xml", "gripper.xml"))
-    assert differing(fixed, model) == "option"
+    assert first_difference(fixed, model) == "option"
     model.opt.disableflags = fixed.opt.disableflags
-    assert differing(fixed, model) == ""
+    assert first_difference(fixed, model) == ""
 
 
 def test_what_needs_no_other_file_is_fixed_anywhere(tmp_path: Path) -> None:

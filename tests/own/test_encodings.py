@@ -10,7 +10,7 @@ from command_line import conrod
 from table_files import read
 
 from conrod import InvalidInput
-from conrod.own.encodings import decoded
+from conrod.own.encodings import decode_text
 from conrod.scenes import Saw
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -37,21 +37,21 @@ NAMED = {"big5": "時間", "cp949": "시간", "euc_jp": "時間", "cp1251": "в�
 def test_headings_tell_the_encoding(encoding: str) -> None:
     for heading in HEADINGS[encoding]:
         text = f"{heading}\n{NUMBERS}"
-        assert decoded(text.encode(encoding))[0] == text
+        assert decode_text(text.encode(encoding))[0] == text
 
 
 @pytest.mark.parametrize("encoding", NAMED)
 def test_a_named_heading_tells_an_encoding_that_looks_like_others(encoding: str) -> None:
     text = f"{NAMED[encoding]},x\n{NUMBERS}"
-    assert decoded(text.encode(encoding), ["x", NAMED[encoding]])[0] == text
+    assert decode_text(text.encode(encoding), ["x", NAMED[encoding]])[0] == text
     # Named without being there, it tells nothing.
-    assert decoded("Länge,x\n".encode("cp1252"), [NAMED[encoding]]) == ("Länge,x\n", "Windows-1252")
+    assert decode_text("Länge,x\n".encode("cp1252"), [NAMED[encoding]]) == ("Länge,x\n", "Windows-1252")
 
 
 @pytest.mark.parametrize("content", [b"t,x\n0,1\n\x001,2\n", b"\xff\xfet", b"\0\0\0\0", b"\xef\xbb\xbf\xff\xfe"])
 def test_what_is_no_text_is_refused(content: bytes) -> None:
     with pytest.raises(InvalidInput, match=r"zero bytes|cannot be read"):
-        decoded(content)
+        decode_text(content)
 
 
 @pytest.mark.parametrize("encoding", ["gbk", "utf-16", "utf-16-le", "utf-8"])

@@ -16,7 +16,7 @@ from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.mjcf.loops.reading import tree_of
 from conrod.mjcf.loops.scene_causes import axial_gaps, tilted_axes
-from conrod.own.models.links import LinkDifference, differences, graph_of
+from conrod.own.models.links import LinkDifference, graph_of, link_differences
 from conrod.own.models.model_links import links_of
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -41,7 +41,7 @@ def found(name: str, text: str, crank: str = "crank", sites: dict[str, str] | No
     own, right = links_of(tree, crank, points), graph_of(mechanism)
     if own is None or right is None:
         return None
-    seen = differences(own, right)
+    seen = link_differences(own, right)
     return None if seen is None else [one.words for one in seen]
 
 

@@ -12,7 +12,7 @@ from command_line import conrod, refusal
 from table_files import written
 
 from conrod.own.printed.table import audit_file, audit_table
-from conrod.own.printed.verdicts import Kind, Number
+from conrod.own.printed.verdicts import PrintedNumber, VerdictKind
 from conrod.scenes import ShearPress, catalogue_text, scene_named
 
 ROOT = Path(__file__).parents[2]
@@ -34,15 +34,15 @@ def table(printed: list[str]) -> str:
 
 def test_a_cause_is_named_where_it_reproduces_the_column_and_not_for_a_single_value() -> None:
     verdicts = audit_table("mine", table(speeds(3.14 / 180.0)))
-    assert Kind.EXPLAINED in {v.kind for v in verdicts} <= {Kind.EXPLAINED, Kind.AGREES}
-    assert all("3.14 " in v.reason for v in verdicts if v.kind is Kind.EXPLAINED)
+    assert VerdictKind.EXPLAINED in {v.kind for v in verdicts} <= {VerdictKind.EXPLAINED, VerdictKind.AGREES}
+    assert all("3.14 " in v.reason for v in verdicts if v.kind is VerdictKind.EXPLAINED)
     verdict = audit_table("mine", table(speeds(factor=1.0)))[8]
-    assert (verdict.kind, verdict.should_be) == (Kind.WRONG_STEP, "-186.88")
+    assert (verdict.kind, verdict.should_be) == (VerdictKind.WRONG_STEP, "-186.88")
     # Negative control: one wrong value among right ones.
     printed = speeds()
     printed[3] = speeds(3.14 / 180.0)[3]
     verdict = audit_table("mine", table(printed))[3]
-    assert (verdict.kind, verdict.should_be) == (Kind.NOT_REPRODUCIBLE, speeds()[3])
+    assert (verdict.kind, verdict.should_be) == (VerdictKind.NOT_REPRODUCIBLE, speeds()[3])
 
 
 def test_a_machine_of_one_pass_is_audited_where_it_goes_and_its_slips_do_not_lead_out() -> None:
@@ -51,14 +51,14 @@ def test_a_machine_of_one_pass_is_audited_where_it_goes_and_its_slips_do_not_lea
     pairs = zip(angles, values, strict=True)
     rows = [f"swinging-four-bar,B velocity x,{k},{value / 10.0:.3f},m/s" for k, value in pairs]
     found = audit_table("mine", HEADING + "\n".join(rows))
-    assert Kind.WRONG_STEP in {v.kind for v in found}
-    assert all("a unit 10 times as large" in v.reason for v in found if v.kind is Kind.WRONG_STEP)
+    assert VerdictKind.WRONG_STEP in {v.kind for v in found}
+    assert all("a unit 10 times as large" in v.reason for v in found if v.kind is VerdictKind.WRONG_STEP)
 
 
 def test_parameters_decimal_commas_and_a_typeset_minus_are_read() -> None:
     text = HEADING.replace("unit\n", "unit,parameters\n") + "saw-40rpm,C position x,180,-250,mm,crank=125mm; offset=0\n"
-    assert audit_table("mine", text)[0].kind is Kind.AGREES
-    assert audit_table("mine", text.replace("125", "124"))[0].kind is not Kind.AGREES
+    assert audit_table("mine", text)[0].kind is VerdictKind.AGREES
+    assert audit_table("mine", text.replace("125", "124"))[0].kind is not VerdictKind.AGREES
     found = audit_table("mine", HEADING.replace(",", ";") + "shear-press;A velocity y;12,5;\u221244,04;mm/s\n")[0]
     exact = PRESS.motion([math.radians(12.5)], PRESS.speed).point("A").velocity[0, 1] * 1e3
     assert (found.exact, found.condition, found.printed) == (pytest.approx(exact), "12.5 deg", "-44,04")
@@ -71,7 +71,7 @@ def test_parameters_decimal_commas_and_a_typeset_minus_are_read() -> None:
     ("520,408", 520.40816, True, True),
 ])  # fmt: skip
 def test_printed_digits_round_and_cut(text: str, value: float, rounds: bool, cuts: bool) -> None:
-    assert (Number(text).is_rounding_of(value), Number(text).is_cut_of(value)) == (rounds, cuts)
+    assert (PrintedNumber(text).is_rounding_of(value), PrintedNumber(text).is_truncation_of(value)) == (rounds, cuts)
 
 
 # -- as a user calls it ------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judged
 
 from conrod import InvalidInput, Trajectory, compare
 from conrod.cli.options import names_in
-from conrod.own.tables.errors import Exact
+from conrod.own.tables.errors import TableComparison
 from conrod.own.tables.estimation import check_estimated, estimate
 from conrod.own.tables.study import TableStudy
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress, scene_named
@@ -194,7 +194,7 @@ def test_standard_errors_are_the_scatter_of_estimates() -> None:
         table = exact_table(SAW, times=times)
         for name in (name for name in table if name != "time"):
             table[name] += noise * SAW.lengths[name[0]] * generator.normal(size=len(times))
-        found += estimate(Exact(table | {"time": times + 0.01}, SAW), ["time"])
+        found += estimate(TableComparison(table | {"time": times + 0.01}, SAW), ["time"])
         assert found[-1].remaining == pytest.approx(noise * math.sqrt(2.0), rel=0.2)
     error, offsets = np.mean([one.error for one in found]), [one.value for one in found]
     # Of 40 estimates the scatter is known to 1/sqrt(78) = 11 %, their mean to 1/sqrt(40) = 16 % of it.
@@ -214,7 +214,7 @@ def test_what_cannot_be_told_is_refused() -> None:
         ((), ("time",), "the table has no positions"),
     ):
         with pytest.raises(InvalidInput, match=said):
-            estimate(Exact({name: table[name] for name in ("time", *names)}, CamFollower()), asked)
+            estimate(TableComparison({name: table[name] for name in ("time", *names)}, CamFollower()), asked)
 
 
 # -- as a user types it ------------------------------------------------------------------------------------------------

@@ -107,7 +107,7 @@ GOOD = ("0,1,2", "1,2,3", "2,3,4")
 def test_a_bad_table_is_refused_in_one_line(
     text: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading, "MOST_ROWS", 29)
+    monkeypatch.setattr(reading, "MAX_TABLE_ROWS", 29)
     path = written(tmp_path, text)
     with pytest.raises(InvalidInput, match=message) as refused:
         read(path, SAW)
@@ -143,7 +143,7 @@ def test_bad_options_name_what_is_near(columns: list[str], units: list[str], mes
 def test_an_archive_that_makes_no_table_is_refused(
     content: Any, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading, "MOST_ROWS", 29)
+    monkeypatch.setattr(reading, "MAX_TABLE_ROWS", 29)
     if isinstance(content, bytes):
         (tmp_path / "t.npz").write_bytes(content)
     else:

@@ -15,13 +15,13 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, mirrored, placed, q
 from conrod import scene
 from conrod.errors import InvalidInput
 from conrod.own.models.frame import GivenFrame
-from conrod.own.models.identity import MOST_SETS, _changes
-from conrod.own.models.request import ModelFacts, Place
+from conrod.own.models.identity import MAX_CHANGE_SETS, _change_sets
+from conrod.own.models.request import ModelFacts, PointPlace
 from conrod.report.user_model import length_words, verdict
 
 SAW = TEXTS["saw"]
 DEGREES = np.pi / 180.0
-BY_HAND = (Place("C", "body", "bow"), Place("M", "geom", "rod"))
+BY_HAND = (PointPlace("C", "body", "bow"), PointPlace("M", "geom", "rod"))
 
 
 def facts(folder: Path, text: str) -> ModelFacts:
@@ -177,7 +177,7 @@ def test_limits_that_keep_a_model_from_its_turn_are_told(tmp_path: Path) -> None
 
 def test_a_plane_that_cannot_be_told_is_an_error_with_its_size(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="nothing moves, of C"):
-        seen(tmp_path, "saw", SAW, points=(Place("C", "body", "crank"),))
+        seen(tmp_path, "saw", SAW, points=(PointPlace("C", "body", "crank"),))
     with pytest.raises(InvalidInput, match="is not across it"):
         seen(tmp_path, "saw", SAW, GivenFrame(plane="xz"))
     riding = replaced(SAW, '<joint name="crank-pin" type="hinge"', '<joint name="crank-pin" type="hinge" armature="1"')
@@ -188,7 +188,7 @@ def test_a_plane_that_cannot_be_told_is_an_error_with_its_size(tmp_path: Path) -
 @pytest.mark.parametrize(("name", "sizes"), [("saw-40rpm", [1, 2, 3]), ("six-bar", [1])])
 def test_sets_of_lengths_are_tried_as_far_as_they_are_few(name: str, sizes: list[int]) -> None:
     search: Any = SimpleNamespace(scene=scene(name), scan=SimpleNamespace(points=["C"]), lengths=("crank",))
-    *some, everything = list(_changes(search))
+    *some, everything = list(_change_sets(search))
     assert [len(lengths) + len(points) for lengths, points in (changes[0] for changes in some)] == sizes
-    assert max(map(len, some)) <= MOST_SETS
+    assert max(map(len, some)) <= MAX_CHANGE_SETS
     assert everything == [(("crank",), ())]

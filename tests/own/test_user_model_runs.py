@@ -14,7 +14,7 @@ from command_line import conrod
 from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, replaced, settled
 
 from conrod import MuJoCoSettings, compare, run
-from conrod.mjcf.loops.driving import Recording, look_at
+from conrod.mjcf.loops.driving import LoopRecording, forward_copy
 from conrod.own.models.results import OWN, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
@@ -40,7 +40,7 @@ def test_looking_at_a_run_changes_no_bit_of_it() -> None:
         mujoco.mj_resetDataKeyframe(model, data, 0)
     for _ in range(200):
         mujoco.mj_step(model, plain)
-        look_at(model, looked_at, aside)
+        forward_copy(model, looked_at, aside)
         mujoco.mj_step(model, looked_at)
     assert np.array_equal(plain.qpos, looked_at.qpos)
     assert np.array_equal(plain.qvel, looked_at.qvel)
@@ -78,7 +78,7 @@ def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Pa
     # What was asked for is judged on these settings.
     asked = judged(tmp_path, "saw", text, tolerance={"velocity": 1e-6}, keyframe="qpos0")
     assert not asked.passed
-    assert set(asked.exceeded()) == {"velocity"}
+    assert set(asked.exceeded_limits()) == {"velocity"}
     assert "out of tolerance: velocity" in words.verdict(asked)
 
 
@@ -90,7 +90,7 @@ def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -
     assert "rod is 1 % too long: 303 mm instead of 300 mm" in words.verdict(study)
 
 
-def moved(run: Recording, by: float) -> Recording:
+def moved(run: LoopRecording, by: float) -> LoopRecording:
     """Its points further along x, from the middle of the run on."""
     motion = {name: own.copy() for name, own in run.points.items()}
     for own in motion.values():
@@ -98,7 +98,7 @@ def moved(run: Recording, by: float) -> Recording:
     return replace(run, points=motion)
 
 
-def on_the_other_branch(run: Recording) -> Recording:
+def on_the_other_branch(run: LoopRecording) -> LoopRecording:
     """The rod mirrored at the crank pin, and C where that has it."""
     slide, crank, rod = run.coordinates
     back, pin = SCENE.motion(crank, 1.0).point("C").position[:, 0], SCENE.crank * np.cos(crank)  # type: ignore[attr-defined]
@@ -137,7 +137,7 @@ def test_a_wrong_clock_is_out_of_tolerance(tmp_path: Path, clock: Any, tolerance
         tmp_path, "saw", SAW, points=("C",), tolerance=tolerance, spoil=lambda run: replace(run, times=clock(run))
     )
     assert not study.passed
-    assert set(study.exceeded()) == ({"phase", "total"} if tolerance else {"phase"})
+    assert set(study.exceeded_limits()) == ({"phase", "total"} if tolerance else {"phase"})
     assert "out of tolerance: phase" in words.verdict(study)
     # Who asks for a phase and a total is held to these.
     assert replace(study, tolerance={"position": 1e-4, "total": 0.1, "phase": 0.1}).passed
@@ -184,7 +184,7 @@ def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_o
     late = replace(study.own_run, phase=1.0)
     asked = replace(study, tolerance={"phase": 0.1})
     assert asked.passed
-    assert replace(asked, own_run=late).exceeded() == {"phase": (1.0, 0.1)}
+    assert replace(asked, own_run=late).exceeded_limits() == {"phase": (1.0, 0.1)}
     assert replace(study, own_run=late).passed
     assert len(study.judged) == 2
     worst = max(run.worst("position") or 0.0 for run in study.judged)

@@ -13,8 +13,8 @@ import pytest
 from own_model_edits import TEXTS, judged, question, replaced, scanned, settled
 
 from conrod.exact.motion import Array
-from conrod.mjcf.loops.driving import Recording
-from conrod.own.models.results import CLOSURE, OWN, CrankMotion, ModelStudy
+from conrod.mjcf.loops.driving import LoopRecording
+from conrod.own.models.results import CLOSURE, OWN, CrankSpeed, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES
@@ -180,10 +180,10 @@ def test_mean_speed_is_held_to_the_tolerance_of_velocities(
     assert study.speed_tolerance == allowed
     for share, strays in ((0.9 * allowed, False), (1.1 * allowed, True)):
         for speed in (SCENE.speed * (1.0 + share), SCENE.speed * (1.0 - share)):
-            assert replace(study, crank=CrankMotion(speed, speed, speed)).strays == strays
-    uneven = CrankMotion(SCENE.speed, 0.85 * SCENE.speed, 1.15 * SCENE.speed)
+            assert replace(study, crank=CrankSpeed(speed, speed, speed)).strays == strays
+    uneven = CrankSpeed(SCENE.speed, 0.85 * SCENE.speed, 1.15 * SCENE.speed)
     assert replace(study, crank=uneven).strays
-    assert replace(study, crank=CrankMotion(math.nan, math.nan, math.nan)).strays
+    assert replace(study, crank=CrankSpeed(math.nan, math.nan, math.nan)).strays
 
 
 def test_the_position_bounds_how_far_loops_open(tmp_path: Path) -> None:
@@ -192,7 +192,7 @@ def test_the_position_bounds_how_far_loops_open(tmp_path: Path) -> None:
         replace(study, own_run=replace(study.own_run, opening=2e-4)),
         replace(study, runs={OWN: replace(study.own, opening=2e-4)}),
     ):
-        assert spoilt.exceeded() == {CLOSURE: (2e-4, 1e-4)}
+        assert spoilt.exceeded_limits() == {CLOSURE: (2e-4, 1e-4)}
         assert not spoilt.passed
         assert "out of tolerance" in words.verdict(spoilt).lower()
         assert replace(spoilt, tolerance={"velocity": 1e-2}).passed
@@ -202,7 +202,7 @@ def test_the_position_bounds_how_far_loops_open(tmp_path: Path) -> None:
     (0.0, 0.05, Outcome.OPENED), (0.05, 0.05, Outcome.OPENED), (0.05, 0.0, Outcome.COMPLETED),
 ], ids=["opens", "stays open", "snaps shut"])  # fmt: skip
 def test_a_run_whose_loops_stay_open_is_opened(first: float, last: float, outcome: Outcome, tmp_path: Path) -> None:
-    def with_gaps(run: Recording) -> Recording:
+    def with_gaps(run: LoopRecording) -> LoopRecording:
         gaps = np.full(len(run.times), last)
         gaps[0] = first
         return replace(run, gaps={"slider-pin": gaps})

@@ -15,7 +15,7 @@ from command_line import conrod
 from matplotlib.figure import Figure as Canvas
 
 from conrod.cli import say
-from conrod.errors import COMMANDING
+from conrod.errors import COMMANDING_CHARACTERS
 from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.figure import Figure
@@ -66,7 +66,7 @@ HOSTILE = [
     "half \ud800",
     "a\rb\x0cc",
 ]
-MUST_NOT = {chr(code) for code in COMMANDING} - {"\t", "\n"}
+MUST_NOT = {chr(code) for code in COMMANDING_CHARACTERS} - {"\t", "\n"}
 
 
 class Loading(HTMLParser):

@@ -18,7 +18,7 @@ from table_files import read
 
 from conrod import InvalidInput
 from conrod.mechanism.mechanism import Prismatic, Revolute
-from conrod.own.tables.errors import Exact
+from conrod.own.tables.errors import TableComparison
 from conrod.own.tables.estimation import estimate
 from conrod.own.tables.study import study_table
 from conrod.report.pack import PAGES, mechanism_document, pack_files
@@ -156,7 +156,7 @@ def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> Non
     with pytest.raises(InvalidInput, match=r"from crank angle 0 to .* deg, out of the pass from -10 to 60 deg"):
         study_table("late.csv", PASS, scene, late)
     with pytest.raises(InvalidInput, match="the input makes one pass"):
-        estimate(Exact(values, scene), ("time",))
+        estimate(TableComparison(values, scene), ("time",))
 
 
 def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:

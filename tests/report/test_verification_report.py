@@ -16,8 +16,8 @@ from encoder_table import encoder_table
 from own_model_edits import ROD_END, TEXTS, replaced
 
 from conrod.cli.verification import Dossier
-from conrod.own.models.references import ANGLES, sensitivities, shares
-from conrod.own.tables.columns import request
+from conrod.own.models.references import SENSITIVITY_ANGLES, sensitivities, uncertainty_shares
+from conrod.own.tables.columns import column_request
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report.table import table
@@ -191,11 +191,11 @@ def test_the_uncertainty_is_the_distance_from_a_step_of_zero_with_its_factor_of_
 def test_sensitivities_are_derivatives_of_the_closed_form() -> None:
     press = SCENES["shear-press"]
     crank, rod = press.parameters["crank"], press.parameters["rod"]
-    angle = press.kinematics.angles(ANGLES)
+    angle = press.kinematics.angles(SENSITIVITY_ANGLES)
     across = np.sqrt(rod**2 - (crank * np.sin(angle)) ** 2)  # the slider's distance from the pin, along its line
     found = sensitivities(press)
     assert np.abs(found["rod"] - rod / across).max(axis=1).min() < 1e-8
-    together, parts = shares(found, {"rod": 1e-4})
+    together, parts = uncertainty_shares(found, {"rod": 1e-4})
     assert together == pytest.approx(1e-4 * found["rod"].max())
     assert parts == {"crank": 0.0, "rod": 1.0}
 
@@ -205,7 +205,7 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
 ) -> None:
     # Other runs take most of the time, and nothing is asked of them.
     monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.FINER", ())
+    monkeypatch.setattr("conrod.mjcf.loops.scene_study.STEP_REFINEMENTS", ())
     monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
     (tmp_path / "saw.xml").write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
     given = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--revolutions", "1")
@@ -226,7 +226,9 @@ def measured(folder: Path, text: str) -> TableStudy:
     path = folder / "encoder.csv"
     path.write_text(text)
     scene = SCENES["saw-40rpm"]
-    return study_table("encoder.csv", "saw-40rpm", scene, read_table(path, tuple(scene.lengths), request({}, (), ())))
+    return study_table(
+        "encoder.csv", "saw-40rpm", scene, read_table(path, tuple(scene.lengths), column_request({}, (), ()))
+    )
 
 
 def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_where_a_part_is_missing(

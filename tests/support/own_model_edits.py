@@ -11,13 +11,13 @@ from unittest.mock import patch
 import numpy as np
 
 from conrod.mjcf.loops import scene_study
-from conrod.mjcf.loops.driving import Recording
+from conrod.mjcf.loops.driving import LoopRecording
 from conrod.mjcf.loops.scanning import scan
-from conrod.mjcf.loops.scene_study import Bench
-from conrod.mjcf.loops.turning import Turning, prepare
+from conrod.mjcf.loops.scene_study import SceneBench
+from conrod.mjcf.loops.turning import Turning, prepare_turning
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.identity import Identity, identify
-from conrod.own.models.request import Place, Question, Scan
+from conrod.own.models.request import ModelRequest, PointPlace, Scan
 from conrod.own.models.results import ModelStudy
 from conrod.scenes import SCENES
 
@@ -71,25 +71,25 @@ def settled(text: str, option: str, closure: str = "") -> str:
     return re.sub(r"(<connect [^>]*?) solref=.*?/>", rf"\1 {closure}/>", text)
 
 
-def question(kind: str, **asked: object) -> Question:
+def question(kind: str, **asked: object) -> ModelRequest:
     """All points of a machine at the sites that conrod's own files have for them."""
     mechanism = SCENES[FILES[kind]].mechanism()
     points = asked.pop("points", POINTS[kind])
-    places = tuple(p if isinstance(p, Place) else Place(p, "site", p) for p in points)
+    places = tuple(p if isinstance(p, PointPlace) else PointPlace(p, "site", p) for p in points)
     crank = str(asked.pop("crank", "crank"))
-    return Question(crank, places, mechanism.mobility, len(mechanism.cam_contacts), **asked)  # type: ignore[arg-type]
+    return ModelRequest(crank, places, mechanism.mobility, len(mechanism.cam_contacts), **asked)  # type: ignore[arg-type]
 
 
 _TURNS: dict[tuple[str, str], tuple[Turning, Scan]] = {}
 
 
-def scanned(folder: Path, text: str, put: Question) -> tuple[Path, Turning, Scan]:
+def scanned(folder: Path, text: str, put: ModelRequest) -> tuple[Path, Turning, Scan]:
     """The model as a file, and what its paths are: followed once for all tests that ask the same of it."""
     path = folder / "model.xml"
     path.write_text(text, encoding="utf-8")
     key = (text, repr(put))
     if key not in _TURNS:
-        turning = prepare(path, put)
+        turning = prepare_turning(path, put)
         _TURNS[key] = turning, scan(turning, put)
     return path, *_TURNS[key]
 
@@ -102,12 +102,14 @@ def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **
 
 def judged(
     folder: Path, kind: str, text: str, turns: float = 1.0, tolerance: dict[str, float] | None = None,
-    spoil: Callable[[Recording], Recording] = lambda run: run, **asked: object,
+    spoil: Callable[[LoopRecording], LoopRecording] = lambda run: run, **asked: object,
 ) -> ModelStudy:  # fmt: skip
     """All of the judgement, in this process; `spoil` changes what is run before it is judged."""
     put = question(kind, **asked)
     path, turning, found = scanned(folder, text, put)
-    judge, known = Bench.judged, {"prepare": lambda *_: turning, "scan": lambda *_: found}
-    spoiled = patch.object(Bench, "judged", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
+    judge, known = SceneBench.judge, {"prepare_turning": lambda *_: turning, "scan": lambda *_: found}
+    spoiled = patch.object(SceneBench, "judge", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
     with patch.multiple(scene_study, **known), spoiled:
-        return scene_study.study(path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance)
+        return scene_study.study_scene_model(
+            path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance
+        )

@@ -9,7 +9,7 @@ import numpy as np
 
 from conrod.cli.options import columns_in
 from conrod.exact.motion import Array
-from conrod.own.tables.columns import request
+from conrod.own.tables.columns import column_request
 from conrod.own.tables.reading import Reading, read_table
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.scenes import Scene
@@ -56,7 +56,7 @@ def csv_text(columns: Mapping[str, Array], separator: str = ",", decimal: str = 
 def read(path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = ()) -> Reading:
     """A table read as the command line reads it, in this process."""
     points = tuple(scene.lengths)
-    return read_table(path, points, request(columns_in(columns, points), units, points))
+    return read_table(path, points, column_request(columns_in(columns, points), units, points))
 
 
 def judged(

@@ -8,12 +8,12 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.own.printed.table import audit_file
-from conrod.own.printed.verdicts import Audited
+from conrod.own.printed.verdicts import AuditedDocument
 from conrod.report.findings import Findings
 from conrod.report.printed_values import KIND
 
 
-def audit(files: str | Path | Sequence[str | Path]) -> Findings[Audited]:
+def audit(files: str | Path | Sequence[str | Path]) -> Findings[AuditedDocument]:
     """Judge printed values, each by the machine that it is tied to.
 
     Args:

@@ -123,7 +123,7 @@ def _result(result: Result) -> BaselineLine:
 
 
 def _run(study: ModelStudy, run: JudgedRun) -> BaselineLine:
-    passed = not study.exceeded(run) if run in study.judged else None
+    passed = not study.exceeded_limits(run) if run in study.judged else None
     sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
     return _line(run.outcome.slug, passed, sizes)
 

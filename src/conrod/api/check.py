@@ -18,11 +18,11 @@ from conrod.api.loops import check_loops
 from conrod.api.validate import validate
 from conrod.errors import InvalidInput, as_mapping, as_names, unknown_choice
 from conrod.mechanism.units import check_count, check_number
-from conrod.own.files import check_readable, of_file
+from conrod.own.files import check_readable, name_file_in_errors
 from conrod.own.models.frame import GivenFrame
-from conrod.own.models.request import Question, controls_of, places_of
+from conrod.own.models.request import ModelRequest, controls_of, places_of
 from conrod.own.models.results import ModelStudy
-from conrod.own.tables.columns import request
+from conrod.own.tables.columns import column_request
 from conrod.own.tables.estimation import check_estimated
 from conrod.own.tables.study import TableStudy, study_table
 from conrod.report import trajectory, user_model
@@ -164,10 +164,13 @@ def check_model(
         check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
 
         def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
-            from conrod.mjcf.loops.scene_study import study
+            from conrod.mjcf.loops.scene_study import study_scene_model
 
             given = question, frame, float(revolutions), allowed, refine
-            return [[confined(study, path, (name, one), *given) for one in scenes.values()] for scenes in several]
+            return [
+                [confined(study_scene_model, path, (name, one), *given) for one in scenes.values()]
+                for scenes in several
+            ]
 
         ((found,),) = find([{name: machine}])
         compared = check.compare([found], find) if check else None
@@ -192,7 +195,7 @@ def check_model(
 
 def question_on_model(
     scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float]
-) -> Question:
+) -> ModelRequest:
     """The request for a model: its crank and observed points, and the mobility of its scene.
 
     Raises:
@@ -205,7 +208,7 @@ def question_on_model(
     if not points:
         raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
     places, contacts = places_of(points, observed), len(mechanism.cam_contacts)
-    return Question(crank, places, mechanism.mobility, contacts, keyframe, controls_of(controls))
+    return ModelRequest(crank, places, mechanism.mobility, contacts, keyframe, controls_of(controls))
 
 
 def check_table(
@@ -236,7 +239,7 @@ def check_table(
         check_readable(path)
         name, machine = scene_by_name(scene)
         points, units, estimate = tuple(machine.lengths), as_names(units), as_names(estimate)
-        wanted = request(columns or {}, units, points)
+        wanted = column_request(columns or {}, units, points)
 
         def judge(one: Scene) -> TableStudy:
             from conrod.own.tables.reading import read_table
@@ -284,7 +287,7 @@ def check_fmu(
     check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
     name, machine = scene_by_name(scene)
     units, estimate = as_names(units), as_names(estimate)
-    wanted = request(columns or {}, units, tuple(machine.lengths))
+    wanted = column_request(columns or {}, units, tuple(machine.lengths))
     allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)
 
     def judge(one: Scene) -> TableStudy:
@@ -320,7 +323,7 @@ def _table_findings(
     check = BaselineCheck.prepare(baseline[0], dict([scene]), words, accept=baseline[1])
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[list[TableStudy]]:
-        with of_file(path):
+        with name_file_in_errors(path):
             return [[judge(one) for one in scenes.values()] for scenes in several]
 
     ((found,),) = find([dict([scene])])

@@ -88,10 +88,10 @@ def invariances_of_file(
     name: str, path: Path, seconds: float | None, keyframe: str | None, controls: Controls
 ) -> InvarianceStudy:
     """Invariances of a model file, found in another process."""
-    from conrod.mjcf.invariances.study import bits, study
+    from conrod.mjcf.invariances.study import states_digest, study_invariances
 
     run = seconds, keyframe, controls
-    words, found = confined(study, path, *run, confined(bits, path, *run))
+    words, found = confined(study_invariances, path, *run, confined(states_digest, path, *run))
     return InvarianceStudy(name, engine_named("mujoco").version, words, found)
 
 
@@ -100,13 +100,13 @@ def invariances_of_scene(
 ) -> InvarianceStudy:
     """Invariances of a scene's exported model, and of its models in other orders of declaration."""
     from conrod.engines.mujoco.standalone import standalone_mjcf
-    from conrod.mjcf.invariances.study import declared_otherwise
+    from conrod.mjcf.invariances.study import study_declaration_orders
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"{name}.xml")
         path.write_text(standalone_mjcf(name, scene, None), encoding="utf-8")
         own = invariances_of_file(name, path, seconds, keyframe, ())
-    orders = {one.change: one for one in declared_otherwise(scene)}
+    orders = {one.change: one for one in study_declaration_orders(scene)}
     return replace(own, found=tuple(_worse(one, orders.get(one.change)) for one in own.found))
 
 

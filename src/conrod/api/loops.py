@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from conrod.api.in_memory import file_of_model
 from conrod.errors import InvalidInput, as_mapping, as_names
 from conrod.mechanism.units import check_number
-from conrod.mjcf.loops.results import QUANTITIES, LoopStudy, Question
+from conrod.mjcf.loops.results import QUANTITIES, LoopRequest, LoopStudy
 from conrod.own.files import check_readable
 from conrod.own.models.request import controls_of
 from conrod.report.findings import Findings, text_of_call
@@ -61,7 +61,7 @@ def check_loops(
         laws = dict(MACHINES[machine]().drives)
     places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
     allowed = {} if tolerance is None else check_tolerance(tolerance, QUANTITIES)
-    question = Question(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
+    question = LoopRequest(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
     for one in several:
@@ -91,7 +91,7 @@ def check_loops(
     return Findings(KIND, found, call, typed=typed)
 
 
-def check_machine(name: str, question: Question) -> LoopStudy:
+def check_machine(name: str, question: LoopRequest) -> LoopStudy:
     """Judge a machine in space by its model, driven by its default laws unless others are given."""
     machine = MACHINES[name]()
     own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
@@ -104,8 +104,8 @@ def check_machine(name: str, question: Question) -> LoopStudy:
             raise InvalidInput(str(error).replace(f"{path}", name)) from None
 
 
-def check_model_loops(path: Path, question: Question, name: str) -> LoopStudy:
+def check_model_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
     """Judge the loops of a model file in another process."""
-    from conrod.mjcf.loops.study import study
+    from conrod.mjcf.loops.study import study_loops
 
-    return confined(study, path, question, name)
+    return confined(study_loops, path, question, name)

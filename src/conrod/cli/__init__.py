@@ -16,7 +16,7 @@ from typing import Any
 import click
 
 from conrod import ONE_THREAD, SAFE_PATH
-from conrod.crash import INTERRUPTED, USAGE, OutputClosed, drop, out_of_memory
+from conrod.crash import INTERRUPTED, USAGE, OutputClosed, discard_output, out_of_memory
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import one_line, visible_text
 
@@ -106,7 +106,7 @@ def main() -> None:
         _fail(str(error))
     except OutputClosed:
         # Whoever read the output has seen enough, and maybe not the verdict.
-        drop(sys.stdout)
+        discard_output(sys.stdout)
         raise
     except MemoryError:
         _fail(out_of_memory())
@@ -152,7 +152,7 @@ def _drop_output() -> None:
     try:
         sys.stdout.flush()
     except OSError:
-        drop(sys.stdout)
+        discard_output(sys.stdout)
 
 
 def _fail(message: str) -> None:

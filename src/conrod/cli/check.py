@@ -126,7 +126,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     from conrod.api.check import TURNS, check_model
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.mechanism.units import parse_quantity
-    from conrod.own.files import as_outputs_must_not_be
+    from conrod.own.files import protected_model_files
     from conrod.report.user_model import KIND
     from conrod.studies.execution.local import FILE_TIMEOUT
     from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES, select_scene
@@ -138,7 +138,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     )
     refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE))
     crank, points = _crank_and_points(asked, scene[1])
-    files = check_outputs(KIND, [path.stem], asked, as_outputs_must_not_be(path))
+    files = check_outputs(KIND, [path.stem], asked, protected_model_files(path))
     dossier = _dossier("check", (name,), asked, dict([scene]))
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
     rotation, zero = (None if text is None else parse_quantity(one, text, "rad") for one, text in angles.items())
@@ -232,7 +232,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.exact.space.drive_laws import FORMS
     from conrod.mjcf.loops.results import QUANTITIES
-    from conrod.own.files import as_outputs_must_not_be, check_readable
+    from conrod.own.files import check_readable, protected_model_files
     from conrod.report.loops import KIND
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.studies.execution.local import FILE_TIMEOUT
@@ -248,10 +248,10 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             raise InvalidInput(f"{name}: another has the same name in the report: judge it by itself")
         if name not in MACHINES:
             check_readable(Path(name))
-            inputs |= as_outputs_must_not_be(Path(name))
+            inputs |= protected_model_files(Path(name))
         parts[part] = name
     if asked.scene and asked.scene not in MACHINES:
-        inputs |= as_outputs_must_not_be(Path(asked.scene))
+        inputs |= protected_model_files(Path(asked.scene))
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
     files = check_outputs(KIND, parts, asked, inputs)
     dossier = _dossier(command, names, asked, {})

@@ -15,7 +15,7 @@ from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.errors import InvalidInput
 from conrod.mjcf.results import HardenedModel
-from conrod.own.files import as_outputs_must_not_be, check_readable
+from conrod.own.files import check_readable, protected_model_files
 from conrod.report import numbers
 from conrod.report.table import Cell, ColouredCell, Verbatim, table
 from conrod.report.terminal import PrintedPart, print_parts
@@ -64,7 +64,7 @@ def harden(model: str, asked: HardenOptions) -> None:
     """
     path = Path(model)
     check_readable(path)
-    files = files_to_write({"-o": asked.output, "--json": asked.document}, as_outputs_must_not_be(path))
+    files = files_to_write({"-o": asked.output, "--json": asked.document}, protected_model_files(path))
     if (file := files.get("-o")) and file.suffix.lower() != BINARY:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
     if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):

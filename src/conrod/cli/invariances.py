@@ -34,7 +34,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     from conrod.api.invariances import invariances
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.errors import InvalidInput
-    from conrod.own.files import as_outputs_must_not_be, check_readable
+    from conrod.own.files import check_readable, protected_model_files
     from conrod.report.invariances import KIND
     from conrod.studies.execution.local import FILE_TIMEOUT
     from conrod.studies.frame.resolve_arguments import arguments_of_files, select_scenes
@@ -43,7 +43,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     named, inputs = [name for name in subjects if name not in models], dict[str, Path]()
     for name in models:
         check_readable(Path(name))
-        inputs |= as_outputs_must_not_be(Path(name))
+        inputs |= protected_model_files(Path(name))
     scenes = select_scenes(named, asked.assignments) if named or not models else {}
     parts = [*(Path(name).stem for name in models), *scenes]
     if hidden := next((name for k, name in enumerate([*models, *scenes]) if parts[k] in parts[:k]), None):

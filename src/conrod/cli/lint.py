@@ -13,8 +13,8 @@ from rich.text import Text
 from conrod.api.files import MODELS
 from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity, Value, sarif
-from conrod.own.files import as_outputs_must_not_be, check_readable
+from conrod.mjcf.lint.findings import Finding, FixedModel, Report, Severity, Value, sarif
+from conrod.own.files import check_readable, protected_model_files
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.runs.plain_values import json_document
 from conrod.studies.frame.files import files_to_write
@@ -60,7 +60,7 @@ def lint(model: str, asked: LintOptions) -> None:
     """
     path = Path(model)
     check_readable(path)
-    files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, as_outputs_must_not_be(path))
+    files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, protected_model_files(path))
     folder = real_path(files["--fix"]).parent if "--fix" in files else None
     controls = controls_in(asked.controls)
 
@@ -123,7 +123,7 @@ def _print_finding(finding: Finding) -> Iterator[PrintedPart]:
     yield from (f"  {line}" for line in lines)
 
 
-def _fix_words(fixed: Fixed, file: Path | None) -> str:
+def _fix_words(fixed: FixedModel, file: Path | None) -> str:
     if not fixed.text:
         return f"nothing can be fixed safely; {file} is not written"
     number = len(fixed.edits)

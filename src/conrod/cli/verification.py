@@ -17,10 +17,10 @@ from conrod.cli.outputs import reproduction
 from conrod.errors import InvalidInput, named_values
 from conrod.mechanism.units import parse_quantity
 from conrod.mjcf.results import InvarianceStudy
-from conrod.own.files import files_of_model
+from conrod.own.files import model_files
 from conrod.own.models.references import ALL_LENGTHS, length_names
 from conrod.own.models.results import ModelStudy
-from conrod.own.tables.columns import request
+from conrod.own.tables.columns import column_request
 from conrod.own.tables.estimation import check_estimated
 from conrod.own.tables.reading import read_table
 from conrod.own.tables.study import TableStudy, study_table
@@ -157,7 +157,7 @@ def _named_paths(asked: VerificationOptions, subject: str) -> list[str]:
 def _files(asked: VerificationOptions, subject: str) -> list[Path]:
     """The files that are read."""
     paths = [Path(name) for name in _named_paths(asked, subject)[1:] if Path(name).is_file()]
-    return [one for path in paths for one in (files_of_model(path) if path.suffix.lower() in MODELS else [path])]
+    return [one for path in paths for one in (model_files(path) if path.suffix.lower() in MODELS else [path])]
 
 
 def _existing_report(file: Path) -> bytes | None:
@@ -198,7 +198,7 @@ def _study_measurements(asked: VerificationOptions, scene: Scene | None) -> Tabl
     if scene is None:
         raise InvalidInput("--measured: measurements are compared with a scene: name it with --scene")
     path, points = Path(asked.measured), tuple(scene.lengths)
-    reading = confined(read_table, path, points, request(columns_in(asked.columns, points), asked.units, points))
+    reading = confined(read_table, path, points, column_request(columns_in(asked.columns, points), asked.units, points))
     estimated = check_estimated(names_in(asked.estimate) or ())
     return study_table(path.name, scene.kind, scene, reading, estimated)
 

@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import closure_name, is_handle, kind_of, ties_bodies
+from conrod.mjcf.equalities import closure_name, equality_kind, is_handle, ties_bodies
 from conrod.own.models.loading import name_or_number
 
 BODY = int(mujoco.mjtObj.mjOBJ_BODY)
 # A point further than this share of the model's extent from all geoms of its part is not on the part.
-DETACHED = 0.05
+DETACHED_SHARE = 0.05
 CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 
 
@@ -60,13 +60,13 @@ def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    least = DETACHED * float(model.stat.extent)
+    least = DETACHED_SHARE * float(model.stat.extent)
     for k in np.flatnonzero(model.eq_active0).tolist():
         if not ties_bodies(model, k) or int(model.eq_objtype[k]) != BODY or is_handle(model, k):
             continue
         ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
         names = [name_or_number(model, "body", body) for body in ends]
-        parts, kind = [_geoms(model, body) for body in ends], kind_of(model, k)
+        parts, kind = [_part_geoms(model, body) for body in ends], equality_kind(model, k)
         shown = [
             bool(part) and _reaches_joints(model, data, body, least) for body, part in zip(ends, parts, strict=True)
         ]
@@ -78,7 +78,7 @@ def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
             continue
         anchors = [model.eq_data[k, :3], model.eq_data[k, 3:6]]
         places = [data.xpos[b] + data.xmat[b].reshape(3, 3) @ a for b, a in zip(ends, anchors, strict=True)]
-        away = [min((_distance(model, data, geom, place) for geom in part), default=0.0) * seen
+        away = [min((_point_distance(model, data, geom, place) for geom in part), default=0.0) * seen
                 for part, place, seen in zip(parts, places, shown, strict=True)]  # fmt: skip
         if max(away) > least:
             worst = int(np.argmax(away))
@@ -87,7 +87,7 @@ def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
                              sites if len(sites) == 2 else ())  # fmt: skip
 
 
-def _geoms(model: mujoco.MjModel, body: int) -> list[int]:
+def _part_geoms(model: mujoco.MjModel, body: int) -> list[int]:
     """Geoms of a body and of all that is fixed to it; none of the world, to which anything may be pinned anywhere."""
     part = int(model.body_weldid[body])
     return [g for g in range(model.ngeom) if part and int(model.body_weldid[model.geom_bodyid[g]]) == part]
@@ -97,11 +97,11 @@ def _reaches_joints(model: mujoco.MjModel, data: mujoco.MjData, body: int, least
     """True if all joints of a part are at its geoms."""
     part = int(model.body_weldid[body])
     joints = range(model.body_jntadr[part], model.body_jntadr[part] + model.body_jntnum[part])
-    geoms = _geoms(model, body)
-    return all(min(_distance(model, data, geom, data.xanchor[j]) for geom in geoms) <= least for j in joints)
+    geoms = _part_geoms(model, body)
+    return all(min(_point_distance(model, data, geom, data.xanchor[j]) for geom in geoms) <= least for j in joints)
 
 
-def _distance(model: mujoco.MjModel, data: mujoco.MjData, geom: int, place: Array) -> float:
+def _point_distance(model: mujoco.MjModel, data: mujoco.MjData, geom: int, place: Array) -> float:
     """Distance of a point (3,) from a geom: from the axis of a capsule, from the box about others; 0 within."""
     local = data.geom_xmat[geom].reshape(3, 3).T @ (place - data.geom_xpos[geom])
     centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:].copy()

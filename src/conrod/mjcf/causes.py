@@ -11,16 +11,18 @@ import mujoco
 from conrod.errors import InvalidInput
 from conrod.exact.space.motion import NO_FURTHER
 from conrod.mjcf.anchors import apart_words
-from conrod.mjcf.equalities import handle_words, handles, inactive_words
+from conrod.mjcf.equalities import handle_indices, handle_words, inactive_words
 from conrod.own.models.loading import load_model
 
 
-def about_closures(model: mujoco.MjModel) -> str:
+def describe_closures(model: mujoco.MjModel) -> str:
     """Closures that are inactive, that are handles, and that hold parts which do not meet; empty where none is."""
-    return "; ".join(filter(None, (inactive_words(model), handle_words(model, handles(model)), apart_words(model))))
+    return "; ".join(
+        filter(None, (inactive_words(model), handle_words(model, handle_indices(model)), apart_words(model)))
+    )
 
 
-def with_causes(error: str, *causes: str) -> str:
+def append_causes(error: str, *causes: str) -> str:
     """An error with what causes it, in the place of a guess that it ends with."""
     known = [cause for cause in causes if cause and cause not in error]
     if not known:
@@ -30,7 +32,7 @@ def with_causes(error: str, *causes: str) -> str:
 
 
 @contextmanager
-def causes_named(path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = lambda _: ()) -> Iterator[None]:
+def add_causes_to_errors(path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = lambda _: ()) -> Iterator[None]:
     """What goes wrong with a user's model file is said with the causes that its closures show, and more."""
     try:
         yield
@@ -39,4 +41,4 @@ def causes_named(path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = l
             model = load_model(path)
         except InvalidInput:  # what cannot be loaded says so itself
             raise error from None
-        raise InvalidInput(with_causes(str(error), about_closures(model), *more(model))) from None
+        raise InvalidInput(append_causes(str(error), describe_closures(model), *more(model))) from None

@@ -11,38 +11,38 @@ from numpy.typing import NDArray
 from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
-from conrod.own.models.loading import listed, name_or_number
+from conrod.own.models.loading import list_names, name_or_number
 
-KINDS = {
+EQUALITY_KINDS = {
     mujoco.mjtEq.mjEQ_CONNECT: "connect",
     mujoco.mjtEq.mjEQ_WELD: "weld",
     mujoco.mjtEq.mjEQ_JOINT: "joint",
     mujoco.mjtEq.mjEQ_TENDON: "tendon",
 }
-PASSES = 50
-REDUNDANT = 1e-9  # singular values below this share of the largest are redundant rows
+MAX_NEWTON_STEPS = 50
+REDUNDANT_ROW_SHARE = 1e-9  # singular values below this share of the largest are redundant rows
 
 
-def owners(data: mujoco.MjData) -> NDArray[np.int_]:
+def row_equalities(data: mujoco.MjData) -> NDArray[np.int_]:
     """Equality (r,) that each row belongs to; they come first among the constraints."""
     return np.array(data.efc_id[: data.ne], dtype=int)
 
 
-def openings(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
+def constraint_violations(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
     """Opening (neq,) of each equality [m], a turn by what it is at an extent [m]; 0 for those that are off."""
-    found, ids, gaps = np.zeros(model.neq), owners(data), data.efc_pos[: data.ne]
+    found, ids, gaps = np.zeros(model.neq), row_equalities(data), data.efc_pos[: data.ne]
     for index in dict.fromkeys(ids.tolist()):
         left = gaps[ids == index]
-        found[index] = float(np.linalg.norm(left[:3])) * (extent if of_angles(model, index) else 1.0)
-        if kind_of(model, index) == "weld" and (scale := float(model.eq_data[index, 10])):
+        found[index] = float(np.linalg.norm(left[:3])) * (extent if measures_angles(model, index) else 1.0)
+        if equality_kind(model, index) == "weld" and (scale := float(model.eq_data[index, 10])):
             # MuJoCo has half of the turn's sine, times this scale.
             found[index] = max(found[index], 2.0 * extent / scale * float(np.linalg.norm(left[3:])))
     return found
 
 
-def of_angles(model: mujoco.MjModel, index: int) -> bool:
+def measures_angles(model: mujoco.MjModel, index: int) -> bool:
     """Return True for an equality of angles: of a hinge, or of a fixed tendon without a slide."""
-    first, kind = int(model.eq_obj1id[index]), kind_of(model, index)
+    first, kind = int(model.eq_obj1id[index]), equality_kind(model, index)
     if kind == "tendon":
         wraps = slice(int(model.tendon_adr[first]), int(model.tendon_adr[first] + model.tendon_num[first]))
         if np.any(model.wrap_type[wraps] != mujoco.mjtWrap.mjWRAP_JOINT):
@@ -53,30 +53,30 @@ def of_angles(model: mujoco.MjModel, index: int) -> bool:
 
 def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bool:
     """Move data to the nearest pose in which no equality is open by more, by Newton iteration; False for none."""
-    for _ in range(PASSES):
+    for _ in range(MAX_NEWTON_STEPS):
         mujoco.mj_fwdPosition(model, data)
         gaps, jacobian = np.array(data.efc_pos[: data.ne]), equality_jacobian(model, data)
         if not (np.isfinite(gaps).all() and np.isfinite(jacobian).all()):
             return False
         if np.abs(gaps).max(initial=0.0) <= closed:
             return True
-        mujoco.mj_integratePos(model, data.qpos, -np.linalg.lstsq(jacobian, gaps, rcond=REDUNDANT)[0], 1.0)
+        mujoco.mj_integratePos(model, data.qpos, -np.linalg.lstsq(jacobian, gaps, rcond=REDUNDANT_ROW_SHARE)[0], 1.0)
     return False
 
 
-def kind_of(model: mujoco.MjModel, index: int) -> str:
+def equality_kind(model: mujoco.MjModel, index: int) -> str:
     """Kind of an equality; empty for that of a flex."""
-    return KINDS.get(mujoco.mjtEq(model.eq_type[index]), "")
+    return EQUALITY_KINDS.get(mujoco.mjtEq(model.eq_type[index]), "")
 
 
 def ties_bodies(model: mujoco.MjModel, index: int) -> bool:
     """Return True for a connect or a weld."""
-    return kind_of(model, index) in ("connect", "weld")
+    return equality_kind(model, index) in ("connect", "weld")
 
 
 def closure_name(model: mujoco.MjModel, index: int) -> str:
     """Name of an equality, or its number and what it ties together."""
-    name, kind = name_or_number(model, "equality", index), kind_of(model, index)
+    name, kind = name_or_number(model, "equality", index), equality_kind(model, index)
     if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not kind:
         return name
     bodies = ties_bodies(model, index)
@@ -108,7 +108,7 @@ def inactive_words(model: mujoco.MjModel) -> str:
     if not (names := inactive_closures(model)):
         return ""
     cause = f'<flag {flag}="disable"/>' if (flag := disabling_flag(model)) else 'active="false"'
-    subject = f"closure {names[0]} is" if len(names) == 1 else f"closures {listed(names)} are"
+    subject = f"closure {names[0]} is" if len(names) == 1 else f"closures {list_names(names)} are"
     return f"{subject} inactive ({cause})"
 
 
@@ -129,7 +129,7 @@ def is_handle(model: mujoco.MjModel, index: int) -> bool:
     return ties_bodies(model, index) and any(mocap_of(model, end) for end in compat.equality_bodies(model, index))
 
 
-def handles(model: mujoco.MjModel) -> tuple[int, ...]:
+def handle_indices(model: mujoco.MjModel) -> tuple[int, ...]:
     """Indices of the equalities that act from the start and are handles."""
     acting = [] if disabling_flag(model) else np.flatnonzero(model.eq_active0).tolist()
     return tuple(index for index in acting if is_handle(model, index))

@@ -11,7 +11,7 @@ import numpy as np
 
 from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import closure_name, kind_of, of_angles
+from conrod.mjcf.equalities import closure_name, equality_kind, measures_angles
 from conrod.own.models.loading import joint_kind, name_or_number
 from conrod.runs import other_forces as kinds
 from conrod.runs.other_forces import OtherForce
@@ -23,9 +23,11 @@ INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 PYRAMID = int(ROWS.mjCNSTR_CONTACT_PYRAMIDAL)
 # A force of less than this share of the largest of its run is rounding, and a part of an acceleration of this share.
 NO_FORCE, NO_ACCELERATION = 1e-12, 1e-9
-CURVED = 1e-4  # displacement over which the length of a tendon is differenced [rad or m of the fastest joint]
+DIFFERENCE_DISPLACEMENT = (
+    1e-4  # displacement over which the length of a tendon is differenced [rad or m of the fastest joint]
+)
 # Gravity of less than this share of itself across the plane is in the plane, as a file with few digits has it.
-IN_PLANE = 1e-4
+MAX_GRAVITY_ACROSS = 1e-4
 PARALLEL = 1e-6  # sine of the angle between axes that are parallel
 ROTATIONAL = ("hinge", "ball")
 
@@ -44,28 +46,28 @@ class ForceWatch:
         disabled = int(model.opt.disableflags)
         self._springs = not disabled & compat.disable_bit("SPRING")
         self._dampers = not disabled & compat.disable_bit("DAMPER")
-        self._polynomials = [k for k in range(model.neq) if _bent(model, k)]
+        self._polynomials = [k for k in range(model.neq) if _is_nonlinear(model, k)]
         self._aside = mujoco.MjData(model)
-        self._handles = {k: body for k in range(model.neq) if (body := _handle(model, k)) is not None}
+        self._handles = {k: body for k in range(model.neq) if (body := _dragging_mocap(model, k)) is not None}
 
     def step(self, data: mujoco.MjData) -> None:
         """See the constraints of a step that was made; cheap where there are only closures."""
         if data.nefc > data.ne:
-            self._constraints(data)
+            self._record_constraints(data)
 
     def sample(self, data: mujoco.MjData) -> None:
         """See all forces of data in which MuJoCo has computed them, in a step or for its state."""
         self.step(data)
         parts = (data.qfrc_bias, data.qfrc_passive, data.qfrc_actuator, data.qfrc_constraint)
         self._scale = max(self._scale, *(float(np.abs(part).max(initial=0.0)) for part in parts))
-        self._passive(data)
+        self._record_passive(data)
         for k in np.flatnonzero(data.actuator_force).tolist():
-            self._note(kinds.ACTUATOR, _named(self._model, "actuator", k),
+            self._record(kinds.ACTUATOR, _kind_and_name(self._model, "actuator", k),
                        float(data.actuator_force[k]), "")  # fmt: skip
         if self._handles:
-            self._drags(data)
+            self._record_drags(data)
         if self._polynomials:
-            self._lacking(data)
+            self._record_lacking(data)
 
     @property
     def found(self) -> tuple[OtherForce, ...]:
@@ -74,13 +76,13 @@ class ForceWatch:
         least, slowest = NO_FORCE * self._scale, NO_ACCELERATION * self._fastest
         every = self._seen.values()
         seen = [one for one in every if one.largest > (slowest if one.kind == kinds.LACKING else least)]
-        if (across := gravity_across(model)) > IN_PLANE:
+        if (across := gravity_across(model)) > MAX_GRAVITY_ACROSS:
             seen.append(OtherForce(kinds.ACROSS, "", across, "g", exact=True))
         return tuple(seen)
 
     # -- constraints ---------------------------------------------------------------------------------------------------
 
-    def _constraints(self, data: mujoco.MjData) -> None:
+    def _record_constraints(self, data: mujoco.MjData) -> None:
         """Limits, dry friction and contacts whose rows carry a force."""
         model, first = self._model, int(data.ne)
         forces, types, ids = (np.array(one[first : data.nefc]) for one in (data.efc_force, data.efc_type, data.efc_id))
@@ -89,26 +91,26 @@ class ForceWatch:
             if force == 0.0:
                 continue
             if (of := LIMITS.get(row)) is not None:
-                self._note(kinds.LIMIT, _named(model, of, k), force, _unit(model, of, k))
+                self._record(kinds.LIMIT, _kind_and_name(model, of, k), force, _force_unit(model, of, k))
             elif (of := FRICTIONS.get(row)) is not None:
                 at = int(model.dof_jntid[k]) if of == "joint" else k
-                self._note(kinds.FRICTION, _named(model, of, at), force, _unit(model, of, at))
+                self._record(kinds.FRICTION, _kind_and_name(model, of, at), force, _force_unit(model, of, at))
             elif row == PYRAMID or k not in touching:  # a pyramid's edges add up; a cone's first row is the normal
                 touching[k] = touching.get(k, 0.0) + force
         for k, force in touching.items():
             geoms = [int(geom) for geom in data.contact.geom[k]]
             if force > 0.0 and frozenset(geoms) != self._pair:
-                self._note(kinds.CONTACT, " and ".join(sorted(geom_name(model, geom) for geom in geoms)), force, "N")
+                self._record(kinds.CONTACT, " and ".join(sorted(geom_name(model, geom) for geom in geoms)), force, "N")
 
-    def _drags(self, data: mujoco.MjData) -> None:
+    def _record_drags(self, data: mujoco.MjData) -> None:
         """Forces by which mocap bodies drag others."""
         model, owners = self._model, np.array(data.efc_id[: data.ne])
         for k, body in self._handles.items():
             force = float(np.linalg.norm(data.efc_force[: data.ne][owners == k][:3]))
-            name = f"mocap {_named(model, 'body', body)} by {closure_name(model, k)}"
-            self._note(kinds.HANDLE, name, force, "N", exact=True)
+            name = f"mocap {_kind_and_name(model, 'body', body)} by {closure_name(model, k)}"
+            self._record(kinds.HANDLE, name, force, "N", exact=True)
 
-    def _lacking(self, data: mujoco.MjData) -> None:
+    def _record_lacking(self, data: mujoco.MjData) -> None:
         """What MuJoCo's acceleration of a closure of joints or tendons lacks, at the state that the data is in."""
         model, aside = self._model, self._aside
         state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
@@ -121,51 +123,53 @@ class ForceWatch:
         for k in self._polynomials:
             rows = np.flatnonzero(owners == k)
             if len(rows) == 1:
-                unit = "rad/s²" if of_angles(model, k) else "m/s²"
-                missing = _missing(model, aside, k, int(rows[0]))
-                self._note(kinds.LACKING, closure_name(model, k), missing, unit, exact=True)
+                unit = "rad/s²" if measures_angles(model, k) else "m/s²"
+                missing = _missing_acceleration(model, aside, k, int(rows[0]))
+                self._record(kinds.LACKING, closure_name(model, k), missing, unit, exact=True)
 
     # -- passive forces ------------------------------------------------------------------------------------------------
 
-    def _passive(self, data: mujoco.MjData) -> None:
+    def _record_passive(self, data: mujoco.MjData) -> None:
         """Springs, dampers, a fluid, gravity compensation and adhesion that make a force."""
         model = self._model
         for name, kind in (("qfrc_fluid", kinds.FLUID), ("qfrc_gravcomp", kinds.COMPENSATION),
                            ("qfrc_adhesion", kinds.ADHESION)):  # fmt: skip
             if largest := float(np.abs(getattr(data, name, 0.0)).max(initial=0.0)):
-                self._note(kind, "", largest, "")
+                self._record(kind, "", largest, "")
         if self._springs and np.any(data.qfrc_spring):
-            for k in np.flatnonzero(_any_of(model, "jnt_stiffness", "jnt_stiffnesspoly")).tolist():
-                linear = joint_kind(model, k) in ("hinge", "slide") and not _any_of(
+            for k in np.flatnonzero(_nonzero_mask(model, "jnt_stiffness", "jnt_stiffnesspoly")).tolist():
+                linear = joint_kind(model, k) in ("hinge", "slide") and not _nonzero_mask(
                     model, "jnt_stiffnesspoly", "jnt_springyield")[k]  # fmt: skip
-                self._of_joint(kinds.SPRING, k, data.qfrc_spring, exact=bool(linear))
-            for k in np.flatnonzero(_any_of(model, "tendon_stiffness", "tendon_stiffnesspoly")).tolist():
+                self._record_joint(kinds.SPRING, k, data.qfrc_spring, exact=bool(linear))
+            for k in np.flatnonzero(_nonzero_mask(model, "tendon_stiffness", "tendon_stiffnesspoly")).tolist():
                 low, high = model.tendon_lengthspring[k]
                 stretch = float(data.ten_length[k] - np.clip(data.ten_length[k], low, high))
-                self._of_tendon(kinds.SPRING, k, float(model.tendon_stiffness[k]) * stretch)
+                self._record_tendon(kinds.SPRING, k, float(model.tendon_stiffness[k]) * stretch)
         if self._dampers and np.any(data.qfrc_damper):
-            for k in np.flatnonzero(_any_of(model, "tendon_damping", "tendon_dampingpoly")).tolist():
-                self._of_tendon(kinds.DAMPER, k, float(model.tendon_damping[k] * data.ten_velocity[k]))
-            damped = _any_of(model, "dof_damping", "dof_dampingpoly")
+            for k in np.flatnonzero(_nonzero_mask(model, "tendon_damping", "tendon_dampingpoly")).tolist():
+                self._record_tendon(kinds.DAMPER, k, float(model.tendon_damping[k] * data.ten_velocity[k]))
+            damped = _nonzero_mask(model, "dof_damping", "dof_dampingpoly")
             for k in np.unique(model.dof_jntid[damped]).tolist():
-                linear = not _any_of(model, "dof_dampingpoly")[model.jnt_dofadr[k]]
-                self._of_joint(kinds.DAMPER, k, data.qfrc_damper, exact=bool(linear))
-            geared = np.flatnonzero(_any_of(model, "actuator_damping", "actuator_dampingpoly")).tolist()
+                linear = not _nonzero_mask(model, "dof_dampingpoly")[model.jnt_dofadr[k]]
+                self._record_joint(kinds.DAMPER, k, data.qfrc_damper, exact=bool(linear))
+            geared = np.flatnonzero(_nonzero_mask(model, "actuator_damping", "actuator_dampingpoly")).tolist()
             for k in geared:
-                self._note(kinds.DAMPER, _named(model, "actuator", k),
+                self._record(kinds.DAMPER, _kind_and_name(model, "actuator", k),
                            float(np.abs(data.qfrc_damper).max()), "")  # fmt: skip
 
-    def _of_joint(self, kind: str, joint: int, forces: Array, *, exact: bool) -> None:
+    def _record_joint(self, kind: str, joint: int, forces: Array, *, exact: bool) -> None:
         model, first = self._model, int(self._model.jnt_dofadr[joint])
         last = int(model.jnt_dofadr[joint + 1]) if joint + 1 < model.njnt else model.nv
-        name = _named(model, "joint", joint)
-        self._note(kind, name, float(np.abs(forces[first:last]).max()), _unit(model, "joint", joint), exact=exact)
+        name = _kind_and_name(model, "joint", joint)
+        self._record(
+            kind, name, float(np.abs(forces[first:last]).max()), _force_unit(model, "joint", joint), exact=exact
+        )
 
-    def _of_tendon(self, kind: str, tendon: int, force: float) -> None:
-        name = _named(self._model, "tendon", tendon)
-        self._note(kind, name, force, _unit(self._model, "tendon", tendon))
+    def _record_tendon(self, kind: str, tendon: int, force: float) -> None:
+        name = _kind_and_name(self._model, "tendon", tendon)
+        self._record(kind, name, force, _force_unit(self._model, "tendon", tendon))
 
-    def _note(self, kind: str, name: str, size: float, unit: str, *, exact: bool = False) -> None:
+    def _record(self, kind: str, name: str, size: float, unit: str, *, exact: bool = False) -> None:
         key, before = (kind, name), self._seen.get((kind, name))
         if size and (before is None or abs(size) > before.largest):
             self._seen[key] = OtherForce(kind, name, abs(size), unit, exact)
@@ -179,7 +183,7 @@ def geom_name(model: mujoco.MjModel, geom: int) -> str:
     return own or name_or_number(model, "body", int(model.geom_bodyid[geom]))
 
 
-def _named(model: mujoco.MjModel, kind: str, index: int) -> str:
+def _kind_and_name(model: mujoco.MjModel, kind: str, index: int) -> str:
     """'joint slide', or 'joint 3' where it has no name."""
     name = name_or_number(model, kind, index)
     return name if name == f"{kind} {index}" else f"{kind} {name}"
@@ -201,7 +205,7 @@ def gravity_across(model: mujoco.MjModel) -> float:
     return 0.0 if max(off) > PARALLEL else float(abs(model.opt.gravity @ normal)) / size
 
 
-def _missing(model: mujoco.MjModel, data: mujoco.MjData, equality: int, row: int) -> float:
+def _missing_acceleration(model: mujoco.MjModel, data: mujoco.MjData, equality: int, row: int) -> float:
     """Part of the acceleration of a polynomial equality that MuJoCo does not compute.
 
     With x and y the coordinates of joints, or lengths of tendons, the gap is g = x - x0 - p(d), d = y - y0, so that
@@ -210,8 +214,8 @@ def _missing(model: mujoco.MjModel, data: mujoco.MjData, equality: int, row: int
     computes of J' v (MuJoCo documentation, Computation; 4.0.0 computes it for connects and welds alone).
     """
     one, two = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
-    of_tendons, offset, rate = kind_of(model, equality) == "tendon", 0.0, 0.0
-    term = _curving(model, data, one) if of_tendons else 0.0
+    of_tendons, offset, rate = equality_kind(model, equality) == "tendon", 0.0, 0.0
+    term = _length_curvature(model, data, one) if of_tendons else 0.0
     if two >= 0:
         if of_tendons:
             offset, rate = float(data.ten_length[two] - model.tendon_length0[two]), float(data.ten_velocity[two])
@@ -222,18 +226,18 @@ def _missing(model: mujoco.MjModel, data: mujoco.MjData, equality: int, row: int
         term -= (2.0 * c[1] + 6.0 * c[2] * offset + 12.0 * c[3] * offset**2) * rate**2
         if of_tendons:
             slope = c[0] + 2.0 * c[1] * offset + 3.0 * c[2] * offset**2 + 4.0 * c[3] * offset**3
-            term -= slope * _curving(model, data, two)
+            term -= slope * _length_curvature(model, data, two)
     stiffness, damping, impedance, _ = data.efc_KBIP[row]
     computed = -data.efc_aref[row] - damping * data.efc_vel[row] - stiffness * impedance * data.efc_pos[row]
     return abs(float(term - computed))
 
 
-def _curving(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> float:
+def _length_curvature(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> float:
     """Second derivative of a tendon's length at constant rates of all joints, by a central difference."""
     speed = float(np.abs(data.qvel).max(initial=0.0))
     if speed == 0.0 or model.wrap_type[model.tendon_adr[tendon]] == int(mujoco.mjtWrap.mjWRAP_JOINT):
         return 0.0
-    aside, lengths, time = mujoco.MjData(model), list[float](), CURVED / speed
+    aside, lengths, time = mujoco.MjData(model), list[float](), DIFFERENCE_DISPLACEMENT / speed
     for side in (-1.0, 0.0, 1.0):
         aside.qpos[:] = data.qpos
         mujoco.mj_integratePos(model, aside.qpos, data.qvel, side * time)
@@ -242,23 +246,23 @@ def _curving(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> float:
     return (lengths[0] - 2.0 * lengths[1] + lengths[2]) / time**2
 
 
-def _bent(model: mujoco.MjModel, equality: int) -> bool:
+def _is_nonlinear(model: mujoco.MjModel, equality: int) -> bool:
     """True for an equality of joints or tendons whose gap is not linear in the joints' coordinates."""
-    if (kind := kind_of(model, equality)) not in ("joint", "tendon"):
+    if (kind := equality_kind(model, equality)) not in ("joint", "tendon"):
         return False
     ends = [int(end) for end in (model.eq_obj1id[equality], model.eq_obj2id[equality]) if end >= 0]
     fixed = kind == "joint" or all(model.wrap_type[model.tendon_adr[ends]] == int(mujoco.mjtWrap.mjWRAP_JOINT))
     return not fixed or (len(ends) > 1 and bool(np.any(model.eq_data[equality, 2:5])))
 
 
-def _handle(model: mujoco.MjModel, equality: int) -> int | None:
+def _dragging_mocap(model: mujoco.MjModel, equality: int) -> int | None:
     """The mocap body that a connect or weld ties something to."""
-    if kind_of(model, equality) not in ("connect", "weld"):
+    if equality_kind(model, equality) not in ("connect", "weld"):
         return None
     return next((body for body in compat.equality_bodies(model, equality) if model.body_mocapid[body] >= 0), None)
 
 
-def _unit(model: mujoco.MjModel, kind: str, index: int) -> str:
+def _force_unit(model: mujoco.MjModel, kind: str, index: int) -> str:
     """Unit of the force of a joint or tendon."""
     if kind == "joint":
         return "N m" if joint_kind(model, index) in ROTATIONAL else "N" if joint_kind(model, index) == "slide" else ""
@@ -268,7 +272,7 @@ def _unit(model: mujoco.MjModel, kind: str, index: int) -> str:
     return "N m" if of_joints and all(joint_kind(model, joint) == "hinge" for joint in of_joints) else "N"
 
 
-def _any_of(model: mujoco.MjModel, *fields: str) -> Array:
+def _nonzero_mask(model: mujoco.MjModel, *fields: str) -> Array:
     """Mask of elements of which a field, of those that this release has, is not 0."""
     found = [np.asarray(getattr(model, field)) for field in fields if hasattr(model, field)]
     masks = [np.any(one != 0.0, axis=1) if one.ndim > 1 else one != 0.0 for one in found]

@@ -18,23 +18,23 @@ from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf import harden_recipe as recipes
-from conrod.mjcf.equalities import REDUNDANT, close_loops, handles, openings
-from conrod.mjcf.results import HardenedModel, Variant
-from conrod.mjcf.runs import Run, about, looping_stepper, run, state_of
+from conrod.mjcf.equalities import REDUNDANT_ROW_SHARE, close_loops, constraint_violations, handle_indices
+from conrod.mjcf.results import HardenedModel, HardeningRun
+from conrod.mjcf.runs import Run, looping_stepper, run, state_of, user_model_errors
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
 from conrod.runs.other_forces import LACKING, OtherForce, acting_sentences, merge_forces
 from conrod.studies.frame.paired_timing import time_stepper_pair
 
-CLOSED = 1e-12  # of the model's size
+CLOSING_TOLERANCE = 1e-12  # of the model's size
 # Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
-REFERENCE, CHECK = 16, 8
-SAMPLES = 500
-LEAST_STEPS, MOST_STEPS = 20, 200_000
+REFERENCE_REFINEMENT, CHECK_REFINEMENT = 16, 8
+MAX_SAMPLES = 500
+MIN_STEPS, MAX_STEPS = 20, 200_000
 # A machine whose bodies move by less than this share of its size stands.
-STANDS = 1e-9
+STANDSTILL_SHARE = 1e-9
 # Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size].
-WORSE, ROUNDING = 2.0, 1e-9
+WORSE_FACTOR, CLOSED_SHARE = 2.0, 1e-9
 ADVICE = "a smaller step of the model may help"
 FORCE = "--force hardens it all the same"
 
@@ -61,76 +61,78 @@ def harden_file(
     """
     # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
     model = load_model(path.absolute())
-    with about(path):
+    with user_model_errors(path):
         check_finite(model)
-        steps, every = steps_of(model, seconds)
-        closures = recipes.hardenable(model) if force else recipes.active_closures(model)
-        notes = recipes.to_know(model, closures)
+        steps, every = run_steps(model, seconds)
+        closures = recipes.hardenable_closures(model) if force else recipes.active_closures(model)
+        notes = recipes.hardening_notes(model, closures)
         found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
-        if reason := recipes.nothing_to_do(model, closures):
-            forced = f"; {FORCE}" if handles(model) and not closures else ""
+        if reason := recipes.refusal_reason(model, closures):
+            forced = f"; {FORCE}" if handle_indices(model) and not closures else ""
             return replace(found, refusals=(f"{reason}{forced}",))
         soft = recipes.soft_on_purpose(model, closures)
         if soft and not force:
             return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-        recipe, (state, start) = recipes.recipe_for(model, closures), start_of(model, keyframe, controls)
-        hard = recipes.edited(model, recipe)
+        recipe, (state, start) = recipes.recipe_for(model, closures), closed_start(model, keyframe, controls)
+        hard = recipes.apply_recipe(model, recipe)
         found = replace(
             found,
             loops=tuple(f"{one.kind} {one.name}" for one in closures),
             factor=recipe[0].value,
             lines=recipes.python_lines(recipe, path.absolute()),
             **start,
-            **compared(model, hard, state, steps, every, [one.index for one in closures]),
+            **compare_runs(model, hard, state, steps, every, [one.index for one in closures]),
         )
-    harm = _harm(found, *found.variants)
+    harm = _harm_reason(found, *found.variants)
     refused = bool(harm) and not force
     return replace(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
-        warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes, *_acting(found)),
-        content=None if refused or not content else _binary(hard),
+        warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes, *_acting_words(found)),
+        content=None if refused or not content else _binary_model(hard),
     )
 
 
-def compared(
+def compare_runs(
     model: mujoco.MjModel, hard: mujoco.MjModel, state: Array, steps: int, every: int, closures: list[int]
 ) -> dict[str, Any]:
     """What a `HardenedModel` says of the motion from a state, as it is and hardened."""
     size, timestep = float(model.stat.extent), float(model.opt.timestep)
-    (reference, known_to), acting = reference_of(hard, state, steps, every), list[OtherForce]()
+    (reference, known_to), acting = reference_run(hard, state, steps, every), list[OtherForce]()
 
-    def variant(name: str, model: mujoco.MjModel) -> Variant:
-        made = swing(model, state, steps, every)
+    def variant(name: str, model: mujoco.MjModel) -> HardeningRun:
+        made = run_finer(model, state, steps, every)
         acting.extend(made.acting)
         completed = every * (len(made.states) - 1)
         if made.broke:
-            return Variant(name, completed, made.broke)
-        drift = None if known_to is None else _apart(made.centres, reference.centres)
-        return Variant(name, completed, "", tuple(made.openings(size)[:, closures].max(axis=0).tolist()), drift)
+            return HardeningRun(name, completed, made.broke)
+        drift = None if known_to is None else _largest_distance(made.centres, reference.centres)
+        return HardeningRun(
+            name, completed, "", tuple(made.constraint_violations(size)[:, closures].max(axis=0).tolist()), drift
+        )
 
     before, after = variant("as it is", model), variant("hardened", hard)
-    steppers = (looping_stepper(unresetting(one), state, steps) for one in (hard, model))
+    steppers = (looping_stepper(without_autoreset(one), state, steps) for one in (hard, model))
     return {
         "size": size,
         "timestep": timestep,
         "seconds": timestep * steps,
         "variants": (before, after),
-        "travel": None if reference.broke else _apart(reference.centres, reference.centres[0]),
+        "travel": None if reference.broke else _largest_distance(reference.centres, reference.centres[0]),
         "reference_known_to": known_to,
         "acting": merge_forces(acting),
         "cost": None if before.broke or after.broke else time_stepper_pair(*steppers),
     }
 
 
-def _binary(model: mujoco.MjModel) -> bytes:
+def _binary_model(model: mujoco.MjModel) -> bytes:
     """The model as MuJoCo saves it (mj_saveModel)."""
     buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return buffer.tobytes()
 
 
-def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
+def _harm_reason(found: HardenedModel, before: HardeningRun, after: HardeningRun) -> str:
     """Reason why the hardened model is worse than none; empty where it is not."""
     if after.broke:
         hardened = f"the run breaks off hardened after {after.steps} steps ({after.broke}), and as it is"
@@ -138,12 +140,12 @@ def _harm(found: HardenedModel, before: Variant, after: Variant) -> str:
             return f"{hardened} after {before.steps} ({before.broke}): nothing shows what hardening does"
         return f"{hardened} it does not: {ADVICE}"
     then, now = (max(one.openings or (), default=0.0) for one in (before, after))
-    if not before.broke and now > max(WORSE * then, ROUNDING * found.size):
+    if not before.broke and now > max(WORSE_FACTOR * then, CLOSED_SHARE * found.size):
         return f"its loops open more, {1e3 * now:.1e} mm and as it is {1e3 * then:.1e} mm: {ADVICE}"
     return ""
 
 
-def _acting(found: HardenedModel) -> tuple[str, ...]:
+def _acting_words(found: HardenedModel) -> tuple[str, ...]:
     """What acts besides the loops in these runs, in sentences; what polynomials lack is said with the closures."""
     return acting_sentences((one for one in found.acting if one.kind != LACKING), run="in these runs", judged=False)
 
@@ -152,7 +154,7 @@ def _doubts(found: HardenedModel) -> Iterator[str]:
     """Reasons to doubt the figures."""
     if not found.start_closed:
         yield "no pose near the start closes the loops: the runs start with them open"
-    if found.travel is not None and found.travel < STANDS * found.size:
+    if found.travel is not None and found.travel < STANDSTILL_SHARE * found.size:
         yield (
             f"nothing moves in these runs (travel {found.travel:.1e} m): they show how far the loops open at rest, "
             "and nothing else; --keyframe KEY starts others, --ctrl NAME=VALUE commands a motion"
@@ -162,7 +164,7 @@ def _doubts(found: HardenedModel) -> Iterator[str]:
 # -- runs -------------------------------------------------------------------------------------------------------------
 
 
-def start_of(
+def closed_start(
     model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()
 ) -> tuple[Array, dict[str, Any]]:
     """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
@@ -177,58 +179,58 @@ def start_of(
     """
     data, index = data_at_start(model, keyframe, controls)
     mujoco.mj_fwdPosition(model, data)
-    given = float(openings(model, data, float(model.stat.extent)).max(initial=0.0))
+    given = float(constraint_violations(model, data, float(model.stat.extent)).max(initial=0.0))
     state, name = state_of(model, data), start_words(model, index, data.ctrl)
-    closed = close_loops(model, data, CLOSED * float(model.stat.extent))
+    closed = close_loops(model, data, CLOSING_TOLERANCE * float(model.stat.extent))
     if closed:
         jacobian = equality_jacobian(model, data)
-        data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT)[0]
+        data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT_ROW_SHARE)[0]
         state = state_of(model, data)
     return state, {"start": name, "start_opening": given, "start_closed": closed}
 
 
-def swing(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> Run:
+def run_finer(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> Run:
     """Run a model from a state, with so many times as many steps between the same samples."""
-    made = unresetting(model)
+    made = without_autoreset(model)
     set_step(made, float(made.opt.timestep) / finer)
     return run(made, state, steps * finer, every * finer)
 
 
-def unresetting(model: mujoco.MjModel) -> mujoco.MjModel:
+def without_autoreset(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy that does not begin again by itself where it breaks."""
     made = copy.copy(model)
     made.opt.disableflags |= compat.disable_bit("AUTORESET")
     return made
 
 
-def _apart(points: Array, others: Array) -> float:
+def _largest_distance(points: Array, others: Array) -> float:
     """The largest distance of a body from other points [m]."""
     return float(np.linalg.norm(points - others, axis=2).max(initial=0.0))
 
 
-def steps_of(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
+def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
     """Steps of a run, and from one sample of it to the next.
 
     Raises:
         InvalidInput: they are too few or too many.
     """
     timestep = float(model.opt.timestep)
-    least, most = LEAST_STEPS * timestep, MOST_STEPS * timestep
+    least, most = MIN_STEPS * timestep, MAX_STEPS * timestep
     if not least <= seconds <= most:
         raise InvalidInput(
             f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
         )
     steps = math.ceil(seconds / timestep - 1e-9)
-    every = math.ceil(steps / SAMPLES)
+    every = math.ceil(steps / MAX_SAMPLES)
     return math.ceil(steps / every) * every, every
 
 
-def reference_of(hard: mujoco.MjModel, state: Array, steps: int, every: int) -> tuple[Run, float | None]:
+def reference_run(hard: mujoco.MjModel, state: Array, steps: int, every: int) -> tuple[Run, float | None]:
     """The machine with its loops closed, and how far it is from itself at an eighth [m]; None where one of them broke.
 
     It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
     as it is for the user.
     """
-    fine, check = (swing(hard, state, steps, every, times) for times in (REFERENCE, CHECK))
+    fine, check = (run_finer(hard, state, steps, every, times) for times in (REFERENCE_REFINEMENT, CHECK_REFINEMENT))
     rounding = float(np.finfo(float).eps) * float(hard.stat.extent)
-    return fine, None if fine.broke or check.broke else max(_apart(fine.centres, check.centres), rounding)
+    return fine, None if fine.broke or check.broke else max(_largest_distance(fine.centres, check.centres), rounding)

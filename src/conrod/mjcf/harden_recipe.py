@@ -13,16 +13,16 @@ import numpy as np
 
 from conrod.engines.mujoco import MAX_IMPEDANCE, MIN_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, compat
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import handle_words, handles, is_handle, kind_of, ties_bodies
-from conrod.own.models.loading import listed, name_or_number
+from conrod.mjcf.equalities import equality_kind, handle_indices, handle_words, is_handle, ties_bodies
+from conrod.own.models.loading import list_names, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
 # proportion to it; Newton's one iteration at MuJoCo's stock tolerance leaves one of rounding in inverse proportion,
 # and below 1e-13 the solver fails. On free swings of saw, press, Robotiq 2F-85 and Cassie the sum was least between
 # 1e-8 and 1e-9 (docs/hardening.md).
-RESIDUE = 1e-9
+RESIDUAL_REGULARISATION = 1e-9
 # Time constant of closures, in steps, from which on slower ones closed no better (docs/hardening.md).
-STEPS = 10.0
+MIN_TIME_CONSTANT_STEPS = 10.0
 
 
 Holder = Literal["body", "dof", "tendon"]
@@ -48,18 +48,20 @@ class Closure:
 
 def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
     """The equality constraints that act from the start, of the kinds that can be hardened; no handles."""
-    return tuple(one for one in hardenable(model) if not is_handle(model, one.index))
+    return tuple(one for one in hardenable_closures(model) if not is_handle(model, one.index))
 
 
-def hardenable(model: mujoco.MjModel) -> tuple[Closure, ...]:
+def hardenable_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
     """The same, and handles, which drag a body after a mocap body."""
     if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
         return ()
-    return tuple(_closure(model, index) for index in np.flatnonzero(model.eq_active0).tolist() if kind_of(model, index))
+    return tuple(
+        _closure(model, index) for index in np.flatnonzero(model.eq_active0).tolist() if equality_kind(model, index)
+    )
 
 
 def _closure(model: mujoco.MjModel, index: int) -> Closure:
-    name, kind = name_or_number(model, "equality", index), kind_of(model, index)
+    name, kind = name_or_number(model, "equality", index), equality_kind(model, index)
     if ties_bodies(model, index):
         return Closure(index, name, kind, "body", tuple(compat.equality_bodies(model, index)))
     ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
@@ -107,7 +109,7 @@ class Edit:
             value = self.value if type(self.value) is int else f"mujoco.{self.value}"
             return f"model.opt.{self.array} = {value}"
         # A line break in a name would end the comment.
-        names = " ".join(listed(self.named).split())
+        names = " ".join(list_names(self.named).split())
         place, sign = (f"{self.rows}", "*=") if self.scales else (f"{self.rows}, 0", "=")
         return f"model.{self.array}[{place}] {sign} {self.value!r}  # {names}"
 
@@ -115,7 +117,7 @@ class Edit:
 Recipe = tuple[Edit, ...]
 
 
-def edited(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
+def apply_recipe(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
     """A copy of a model with a recipe applied."""
     changed = copy.copy(model)
     for edit in recipe:
@@ -126,13 +128,13 @@ def edited(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
 def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
     """The edits that harden closures, of which there is at least one: inverse weights first."""
     stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
-    factor = float(f"{min(1.0, RESIDUE * stiffest / (1.0 - stiffest)):.3g}")
+    factor = float(f"{min(1.0, RESIDUAL_REGULARISATION * stiffest / (1.0 - stiffest)):.3g}")
     edits = []
-    for holder, rows in _weights(closures).items():
+    for holder, rows in _weight_rows(closures).items():
         kind, owners = ("joint", model.dof_jntid[rows].tolist()) if holder == "dof" else (holder, rows)
         named = [name_or_number(model, kind, owner) for owner in owners]
         edits.append(Edit(f"{holder}_invweight0", factor, rows, named))
-    enough = float(f"{STEPS * float(model.opt.timestep):.6g}")
+    enough = float(f"{MIN_TIME_CONSTANT_STEPS * float(model.opt.timestep):.6g}")
     # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
     slowed = [one.index for one in closures if 0.0 < model.eq_solref[one.index, 0] < enough and not one.curved]
     if slowed:
@@ -143,7 +145,7 @@ def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
     return (*edits, *(Edit(name, value) for name, value in options.items() if getattr(model.opt, name) != value))
 
 
-def _weights(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
+def _weight_rows(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
     """Rows of the inverse weights that closures are softened by; the world, body 0, has none."""
     ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
     for one in closures:
@@ -152,9 +154,9 @@ def _weights(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
     return {holder: sorted(found) for holder, found in ends.items() if found}
 
 
-def weights(model: mujoco.MjModel, closures: Sequence[Closure]) -> Array:
+def inverse_weights(model: mujoco.MjModel, closures: Sequence[Closure]) -> Array:
     """Inverse weights that closures are softened by, in a row."""
-    arrays = [getattr(model, f"{holder}_invweight0")[rows] for holder, rows in _weights(closures).items()]
+    arrays = [getattr(model, f"{holder}_invweight0")[rows] for holder, rows in _weight_rows(closures).items()]
     return np.concatenate([np.empty(0), *map(np.ravel, arrays)])
 
 
@@ -198,25 +200,25 @@ def softer_than_stock(model: mujoco.MjModel, index: int) -> bool:
 # -- objections ------------------------------------------------------------------------------------------------------
 
 # A weight of less than this share of what MuJoCo would give it has been scaled.
-SCALED = 0.5
+MAX_SCALED_SHARE = 0.5
 
 
-def nothing_to_do(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
+def refusal_reason(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
     """Reason why a model cannot be hardened, forced or not; empty where it can."""
     if not closures:
-        if dragged := handles(model):
+        if dragged := handle_indices(model):
             return f"{handle_words(model, dragged)}; nothing to harden"
-        if off := [name_or_number(model, "equality", i) for i in range(model.neq) if kind_of(model, i)]:
-            return f"none of its equality constraints is active at the start: {listed(off)}"
+        if off := [name_or_number(model, "equality", i) for i in range(model.neq) if equality_kind(model, i)]:
+            return f"none of its equality constraints is active at the start: {list_names(off)}"
         return "it has no closed loop: nothing to harden (joints of its tree are exact as they are)"
     made = copy.copy(model)
     mujoco.mj_setConst(made, mujoco.MjData(made))
-    stock = weights(made, closures)
+    stock = inverse_weights(made, closures)
     there = stock > 0.0
     if not there.any():
         return "what its closures hold has no inverse weight: nothing to harden"
-    share = float((weights(model, closures)[there] / stock[there]).max())
-    return f"it is hardened already: its weights are {share:.1e} of what they were" if share < SCALED else ""
+    share = float((inverse_weights(model, closures)[there] / stock[there]).max())
+    return f"it is hardened already: its weights are {share:.1e} of what they were" if share < MAX_SCALED_SHARE else ""
 
 
 def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
@@ -231,13 +233,13 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
         (given, "stiffness and damping are given as such (solref <= 0)"),
         (softer, "softer than MuJoCo's stock setting"),
     )
-    return tuple(f"{listed(names)}: {why}, so meant to give way" for names, why in reasons if names)
+    return tuple(f"{list_names(names)}: {why}, so meant to give way" for names, why in reasons if names)
 
 
-def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
+def hardening_notes(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
     """Limits of the hardened model."""
     curved, hardened = [one.name for one in closures if one.curved], {one.index for one in closures}
-    dragged = [index for index in handles(model) if index not in hardened]
+    dragged = [index for index in handle_indices(model) if index not in hardened]
     left = [index for index in range(model.neq) if index not in hardened and index not in dragged]
     others = [name_or_number(model, "equality", index) for index in left]
     notes = {
@@ -245,5 +247,5 @@ def to_know(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ..
         "time constant, so that is kept; the reference has this error too, so the drift does not show it": curved,
         "not active at the start, or of a flex, so not hardened": others,
     }
-    said = [f"{listed(which)}: {what}" for what, which in notes.items() if which]
+    said = [f"{list_names(which)}: {what}" for what, which in notes.items() if which]
     return (*said, *([f"{handle_words(model, dragged)}; so not hardened"] if dragged and closures else []))

@@ -14,7 +14,7 @@ SCHEMA = 3
 
 
 @dataclass(frozen=True)
-class Variant:
+class HardeningRun:
     """The model as it is, or hardened; where its run broke off, nothing but the first three is known."""
 
     name: str
@@ -47,7 +47,7 @@ class HardenedModel:
     loops: tuple[str, ...] = ()  # kinds and names of the closures
     factor: float | None = None  # on the inverse weights
     lines: str = ""  # Python that does it
-    variants: tuple[Variant, ...] = ()  # as it is, hardened
+    variants: tuple[HardeningRun, ...] = ()  # as it is, hardened
     travel: float | None = None  # the longest way of a body in the reference [m]
     reference_known_to: float | None = None
     acting: tuple[OtherForce, ...] = ()  # in the runs, besides weight, inertia and the loops
@@ -61,7 +61,7 @@ class HardenedModel:
         return {"schema": SCHEMA, **values}
 
 
-class Kept(Enum):
+class InvarianceOutcome(Enum):
     """Outcome of a change that must not matter."""
 
     BITS = "identical"
@@ -88,7 +88,7 @@ class Invariance:
 
     change: str
     bound: str
-    outcome: Kept
+    outcome: InvarianceOutcome
     difference: float | None = None
     over_bound: float | None = None
     time: float | None = None
@@ -115,7 +115,7 @@ class InvarianceStudy:
     @property
     def broken(self) -> tuple[Invariance, ...]:
         """The invariances that do not hold."""
-        return tuple(one for one in self.found if one.outcome is Kept.BROKEN)
+        return tuple(one for one in self.found if one.outcome is InvarianceOutcome.BROKEN)
 
     @property
     def passed(self) -> bool:

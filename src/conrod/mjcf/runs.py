@@ -13,26 +13,26 @@ import numpy as np
 from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import openings
+from conrod.mjcf.equalities import constraint_violations
 from conrod.mjcf.force_watch import ForceWatch
 from conrod.runs.other_forces import OtherForce
 
-KINDS = mujoco.mjtState
+STATE_PARTS = mujoco.mjtState
 # All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.
 STATE = int(
-    KINDS.mjSTATE_QPOS
-    | KINDS.mjSTATE_QVEL
-    | KINDS.mjSTATE_ACT
-    | KINDS.mjSTATE_WARMSTART
-    | KINDS.mjSTATE_CTRL
-    | KINDS.mjSTATE_MOCAP_POS
-    | KINDS.mjSTATE_MOCAP_QUAT
+    STATE_PARTS.mjSTATE_QPOS
+    | STATE_PARTS.mjSTATE_QVEL
+    | STATE_PARTS.mjSTATE_ACT
+    | STATE_PARTS.mjSTATE_WARMSTART
+    | STATE_PARTS.mjSTATE_CTRL
+    | STATE_PARTS.mjSTATE_MOCAP_POS
+    | STATE_PARTS.mjSTATE_MOCAP_QUAT
 )
-SAMPLES = 400
+MAX_SAMPLES = 400
 
 
 @contextmanager
-def about(path: Path) -> Iterator[None]:
+def user_model_errors(path: Path) -> Iterator[None]:
     """What cannot be done with a user's model is InvalidInput that names its file; MuJoCo writes no log of it."""
     with silence_warnings():
         try:
@@ -50,14 +50,14 @@ def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     return state
 
 
-def data_at(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
+def data_at_state(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
     """New data in a state."""
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, STATE)
     return data
 
 
-def broken(data: mujoco.MjData) -> str:
+def break_reason(data: mujoco.MjData) -> str:
     """Reason why a run has broken off: MuJoCo's warning, or "not finite"; empty where it has not."""
     return next(iter(bad_number_warnings(data)), "" if np.all(np.isfinite(data.qpos)) else "not finite")
 
@@ -71,7 +71,7 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
     """
 
     def make() -> Callable[[int], None]:
-        data, done = data_at(model, start), 0
+        data, done = data_at_state(model, start), 0
 
         def advance(steps: int) -> None:
             nonlocal done
@@ -112,9 +112,9 @@ class Run:
         """Centres of gravity (S, p / 2, 3) [m]."""
         return self.points[:, self.points.shape[1] // 2 :]
 
-    def openings(self, extent: float) -> Array:
+    def constraint_violations(self, extent: float) -> Array:
         """Opening (S, neq) of each equality [m], a turn by what it is at an extent [m]."""
-        found = [openings(self.model, data, extent) for data in looks(self.model, self.states)]
+        found = [constraint_violations(self.model, data, extent) for data in forward_at_states(self.model, self.states)]
         return np.reshape(found, (len(found), self.model.neq))
 
 
@@ -122,15 +122,15 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
     """Step a model; ends early where the engine warns of numbers that are none.
 
     Args:
-        every: steps from one sample to the next; None for some `SAMPLES` in all.
+        every: steps from one sample to the next; None for some `MAX_SAMPLES` in all.
     """
-    data = data_at(model, start)
-    every = every or max(1, -(-steps // SAMPLES))
+    data = data_at_state(model, start)
+    every = every or max(1, -(-steps // MAX_SAMPLES))
     states, touched, done, watch = list[Array](), dict[tuple[int, int], int](), 0, ForceWatch(model)
     with silence_warnings():
         for step in range(steps + 1):
             if step % every == 0:
-                if broken(data):
+                if break_reason(data):
                     break
                 states.append(state_of(model, data))
             if step == steps:
@@ -146,12 +146,14 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
                 for pair in {(min(geoms), max(geoms)) for geoms in acting}:
                     touched[pair] = touched.get(pair, 0) + 1
         moving = model.body_weldid > 0
-        points = np.array([np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in looks(model, states)])
-    broke = broken(data) or ("" if np.isfinite(points).all() else "not finite")
+        points = np.array(
+            [np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in forward_at_states(model, states)]
+        )
+    broke = break_reason(data) or ("" if np.isfinite(points).all() else "not finite")
     return Run(model, np.reshape(states, (len(states), len(start))), points, done, touched, broke, watch.found)
 
 
-def looks(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:
+def forward_at_states(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:
     """Data of a model at each of its states, with positions and constraints; one object, used again and again.
 
     After a step, positions in the data of a run belong to the instant before it.

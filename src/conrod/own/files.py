@@ -1,4 +1,4 @@
-"""Files that a user names: whether they can be read, what they consist of, and their hashes and sources."""
+"""Files that a user names: whether they can be read, which files a model consists of, their hashes and sources."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput
 
-NAMED = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
+FILE_ATTRIBUTE = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
-FOLDERS = re.compile(r"""\s(?:meshdir|texturedir|assetdir)\s*=\s*(["'])(.*?)\1""")
-TEXT = (".xml", ".mjcf", ".urdf")
+FOLDER_ATTRIBUTE = re.compile(r"""\s(?:meshdir|texturedir|assetdir)\s*=\s*(["'])(.*?)\1""")
+TEXT_SUFFIXES = (".xml", ".mjcf", ".urdf")
 
 
 def check_readable(path: Path) -> None:
-    """Refuse what is no file that can be read.
+    """Refuse a path that is not a readable regular file.
 
     Raises:
         InvalidInput: says why.
@@ -34,16 +34,16 @@ def check_readable(path: Path) -> None:
 
 
 @contextmanager
-def of_file(path: Path) -> Iterator[None]:
-    """Within it, whatever cannot be used is said with the file's name before it."""
+def name_file_in_errors(path: Path) -> Iterator[None]:
+    """Prefix every InvalidInput raised within with the name of the file."""
     try:
         yield
     except InvalidInput as error:
         raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
 
 
-def files_of_model(path: Path) -> tuple[Path, ...]:
-    """A model file, those that it includes, and its meshes, textures and the like, as far as they are there.
+def model_files(path: Path) -> tuple[Path, ...]:
+    """A model file with the files it includes and its meshes, textures and other assets that exist.
 
     They are read as text. MuJoCo looks for what is included beside the including file and beside the model file, for
     assets in the folders that the compiler is given, too.
@@ -58,8 +58,8 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
         if not file.is_file() or file.suffix.lower() == ".mjb":
             continue
         text = COMMENT.sub("", file.read_text(encoding="utf-8", errors="replace"))
-        folders |= {file.parent, *(path.parent / match[2] for match in FOLDERS.finditer(text))}
-        names += [match[2] for match in NAMED.finditer(text)]
+        folders |= {file.parent, *(path.parent / match[2] for match in FOLDER_ATTRIBUTE.finditer(text))}
+        names += [match[2] for match in FILE_ATTRIBUTE.finditer(text)]
         every = [there for folder in sorted(folders) for name in names if (there := folder / name).exists()]
         if endless := [there for there in every if not (there.is_file() or there.is_dir())]:
             raise InvalidInput(f"{file}: {endless[0]} is no regular file")
@@ -67,13 +67,13 @@ def files_of_model(path: Path) -> tuple[Path, ...]:
         real = {there.resolve() for there in found}
         new = {there.resolve(): there for there in every if there.is_file() and there.resolve() not in real}
         found |= dict.fromkeys(new.values())
-        waiting += [there for there in new.values() if there.suffix.lower() in TEXT]
+        waiting += [there for there in new.values() if there.suffix.lower() in TEXT_SUFFIXES]
     return tuple(found)
 
 
-def as_outputs_must_not_be(path: Path) -> dict[str, Path]:
-    """The files of a model by what a user calls them, for `conrod.studies.frame.files.files_to_write`."""
-    first, *others = files_of_model(path)
+def protected_model_files(path: Path) -> dict[str, Path]:
+    """A model's files by description, which no output may overwrite (`conrod.studies.frame.files.files_to_write`)."""
+    first, *others = model_files(path)
     return {f"the model {first}": first} | {f"{other}, which the model is made of": other for other in others}
 
 
@@ -82,24 +82,24 @@ def as_outputs_must_not_be(path: Path) -> dict[str, Path]:
 
 # A first comment of a text file, in which whoever made it says where it is from.
 FIRST_COMMENT = re.compile(r"\s*(?:<!--(.*?)-->|[#%]+\s*([^\n]*))", re.DOTALL)
-HEAD, LONGEST = 4096, 160  # characters of a file that are looked at, and of a source
-BY_INSTALLER = re.compile(r"\.\./|.*\.dist-info/(INSTALLER|REQUESTED|direct_url\.json)")
+MAX_HEAD_CHARACTERS, MAX_SOURCE_CHARACTERS = 4096, 160  # characters of a file that are looked at, and of a source
+INSTALLER_FILE = re.compile(r"\.\./|.*\.dist-info/(INSTALLER|REQUESTED|direct_url\.json)")
 
 
 def sha256(content: bytes) -> str:
-    """In hexadecimal digits."""
+    """SHA-256 of bytes in hexadecimal digits."""
     return hashlib.sha256(content).hexdigest()
 
 
 def stated_source(content: bytes) -> str:
-    """Text of the first comment of a file; empty where it begins otherwise."""
-    found = FIRST_COMMENT.match(content[:HEAD].decode("utf-8", errors="replace"))
+    """Text of a file's first comment; empty if the file begins otherwise."""
+    found = FIRST_COMMENT.match(content[:MAX_HEAD_CHARACTERS].decode("utf-8", errors="replace"))
     said = " ".join((found[1] or found[2] or "").split()) if found else ""
-    return said if len(said) <= LONGEST else said[:LONGEST].rpartition(" ")[0] + " .."
+    return said if len(said) <= MAX_SOURCE_CHARACTERS else said[:MAX_SOURCE_CHARACTERS].rpartition(" ")[0] + " .."
 
 
 def package_hash(name: str) -> tuple[str, str, str]:
-    """Version of an installed distribution, a SHA-256, and of what that is.
+    """Version of an installed distribution, a SHA-256, and what was hashed.
 
     It is of the wheel's RECORD, which lists the SHA-256 of each file, sorted and without what an installer adds, so
     that it is the same on every machine; of the files themselves where a source tree is installed.
@@ -111,5 +111,5 @@ def package_hash(name: str) -> tuple[str, str, str]:
         lines = [f"{path},{sha256(files[path].read_bytes())}" for path in sorted(files)]
         return found.version, sha256("\n".join(lines).encode()), "source tree"
     lines = (found.read_text("RECORD") or "").splitlines()
-    lines = sorted(line for line in lines if ",sha256=" in line and not BY_INSTALLER.match(line))
+    lines = sorted(line for line in lines if ",sha256=" in line and not INSTALLER_FILE.match(line))
     return found.version, sha256("\n".join(lines).encode()), "wheel's RECORD" if lines else "nothing: it has no RECORD"

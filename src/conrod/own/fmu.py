@@ -18,19 +18,27 @@ import numpy as np
 
 from conrod.errors import InvalidInput, nearest, unknown_choice
 from conrod.exact.motion import Array
-from conrod.own.tables.columns import LISTED, TIME, Column, Request, bare_unit, column_of, quantities
-from conrod.own.tables.reading import MOST_ROWS, Reading, reading_of
+from conrod.own.tables.columns import (
+    MAX_LISTED_HEADINGS,
+    TIME,
+    Column,
+    ColumnRequest,
+    bare_unit,
+    column_with_unit,
+    quantities,
+)
+from conrod.own.tables.reading import MAX_TABLE_ROWS, Reading, check_values
 from conrod.scenes import Scene
 from conrod.studies.execution import local
 
-FEWEST = 8  # steps of a run
-TOLERANCES = {"model-exchange": 1e-9}  # of CVode, relative; FMPy's own is 1e-5
+MIN_STEPS = 8  # steps of a run
+SOLVER_TOLERANCES = {"model-exchange": 1e-9}  # of CVode, relative; FMPy's own is 1e-5
 
 
 def run_fmu(
-    path: Path, scene: Scene, asked: Request, mode: str | None, steps: int, revolutions: float, timeout: float
+    path: Path, scene: Scene, asked: ColumnRequest, mode: str | None, steps: int, revolutions: float, timeout: float
 ) -> Reading:
-    """The trajectory of an FMU; it is run in a process of its own.
+    """Run an FMU in a process of its own and read its trajectory.
 
     Args:
         mode: None for the first that it has.
@@ -47,26 +55,28 @@ def run_fmu(
             raise unknown_choice("mode in --preset", mode, fmu.modes)
         columns = choose_variables(fmu, tuple(scene.lengths), asked)
         used = [fmu.variables[column.index - 1] for column in columns[1:]]
-        unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:LISTED]
+        unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:MAX_LISTED_HEADINGS]
         span = scene.kinematics.mechanism.driver.span  # of an input that makes one pass, that pass
         ends = (0.0, revolutions * scene.period) if span is None else sorted(angle / scene.speed for angle in span)
         count = round((ends[1] - ends[0]) / scene.period * steps)
-        if not FEWEST <= count < MOST_ROWS:
-            raise InvalidInput(f"--steps-per-rev {steps}: {count} steps in all: {FEWEST} to {MOST_ROWS - 1} are taken")
+        if not MIN_STEPS <= count < MAX_TABLE_ROWS:
+            raise InvalidInput(
+                f"--steps-per-rev {steps}: {count} steps in all: {MIN_STEPS} to {MAX_TABLE_ROWS - 1} are taken"
+            )
         values = local.confined(simulate, path, folder, mode, (*ends, count), used, timeout=timeout)
     has = "".join(f"; it has {other}, too: --preset {other}" for other in fmu.modes if other != mode)
-    solver = f", CVode at {TOLERANCES[mode]:.0e}" if mode in TOLERANCES else ""
+    solver = f", CVode at {SOLVER_TOLERANCES[mode]:.0e}" if mode in SOLVER_TOLERANCES else ""
     tool = f"; {fmu.tool}" if fmu.tool else ""
     form = f"FMI {fmu.version} {mode}, {steps} steps a turn{solver}{tool}{has}"
-    return reading_of(columns, values, np.arange(1, len(values) + 1), unused, form)
+    return check_values(columns, values, np.arange(1, len(values) + 1), unused, form)
 
 
 # -- its variables as columns ------------------------------------------------------------------------------------------
-COMPARED = 20_000  # names among which a mistyped one is looked for
+MAX_COMPARED_NAMES = 20_000  # names that a mistyped one is compared with
 
 
-def choose_variables(fmu: Description, points: Sequence[str], asked: Request) -> list[Column]:
-    """The columns of an FMU's runs, in the order of `quantities`; the time is the first.
+def choose_variables(fmu: FmuDescription, points: Sequence[str], asked: ColumnRequest) -> list[Column]:
+    """Choose the variables of an FMU that are used as columns, in the order of `quantities`, time first.
 
     An output that is called as a quantity of the scene is, `C.x`, is that quantity unless another is named.
 
@@ -75,17 +85,18 @@ def choose_variables(fmu: Description, points: Sequence[str], asked: Request) ->
     """
     variables = {variable.name: (place, variable) for place, variable in enumerate(fmu.variables, start=1)}
     outputs = [variable.name for variable in fmu.variables if variable.output]
-    listed = f"its outputs are {', '.join(outputs[:LISTED]) or 'none'}{', ...' if len(outputs) > LISTED else ''}"
+    more = ", ..." if len(outputs) > MAX_LISTED_HEADINGS else ""
+    listed = f"its outputs are {', '.join(outputs[:MAX_LISTED_HEADINGS]) or 'none'}{more}"
     columns = [Column(TIME, 0, TIME, "s", 1.0, "FMI")]
     for quantity, dimension in quantities(points).items():
         name = asked.columns.get(quantity, quantity if quantity in outputs else None)
         if name is None or quantity == TIME:
             continue
         if name not in variables:
-            near = " or ".join(map(repr, nearest(name, list(variables)[:COMPARED]))) or "none like it"
+            near = " or ".join(map(repr, nearest(name, list(variables)[:MAX_COMPARED_NAMES]))) or "none like it"
             raise InvalidInput(f"it has no variable {name!r}, but {near} among {len(variables)}; {listed}")
         place, variable = variables[name]
-        column = column_of(
+        column = column_with_unit(
             quantity, dimension, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, asked
         )
         if column.unit_from == "assumed":
@@ -101,9 +112,9 @@ def choose_variables(fmu: Description, points: Sequence[str], asked: Request) ->
 # -- the archive -------------------------------------------------------------------------------------------------------
 
 DESCRIPTION = "modelDescription.xml"
-MOST_BYTES = 1 << 30  # models of whole plants unpack to some hundred MB
+MAX_UNPACKED_BYTES = 1 << 30  # models of whole plants unpack to some hundred MB
 # The last but one: encrypted.
-BROKEN = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, ValueError, RuntimeError, OSError)
+ARCHIVE_ERRORS = (zipfile.BadZipFile, zlib.error, lzma.LZMAError, EOFError, ValueError, RuntimeError, OSError)
 
 
 def unpack(path: Path, folder: str) -> list[str]:
@@ -115,11 +126,11 @@ def unpack(path: Path, folder: str) -> list[str]:
     try:
         with zipfile.ZipFile(path) as archive:
             names, total = archive.namelist(), sum(entry.file_size for entry in archive.infolist())
-            if DESCRIPTION in names and total <= MOST_BYTES:
+            if DESCRIPTION in names and total <= MAX_UNPACKED_BYTES:
                 archive.extractall(folder)
-    except BROKEN as error:
+    except ARCHIVE_ERRORS as error:
         raise InvalidInput(f"it is no zip archive, or a damaged one: {error}") from None
-    if total > MOST_BYTES:
+    if total > MAX_UNPACKED_BYTES:
         raise InvalidInput(f"it unpacks to {len(names)} files, {total} bytes: more than a model has")
     if DESCRIPTION not in names:
         raise InvalidInput(f"it is no FMU: it has no {DESCRIPTION}")
@@ -130,13 +141,13 @@ def unpack(path: Path, folder: str) -> list[str]:
 
 # By the names that a user gives them, as FMPy calls them, and its attribute of each.
 MODES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
-MOST_ELEMENTS = 1_000_000  # of all real variables
-REAL = ("Real", "Float32", "Float64")
+MAX_ELEMENTS = 1_000_000  # of all real variables
+REAL_TYPES = ("Real", "Float32", "Float64")
 
 
 @dataclass(frozen=True)
-class Variable:
-    """A real variable, or an element of one that is an array.
+class FmuVariable:
+    """A real variable of an FMU, or one element of an array variable.
 
     Attributes:
         name: as a user writes it, `slider.r[1]`.
@@ -153,8 +164,8 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Description:
-    """Description of an FMU, known before it is run.
+class FmuDescription:
+    """Model description of an FMU, read before it is run.
 
     Attributes:
         version: of FMI.
@@ -165,10 +176,10 @@ class Description:
     version: str
     tool: str
     modes: tuple[str, ...]
-    variables: tuple[Variable, ...]
+    variables: tuple[FmuVariable, ...]
 
 
-def read_fmu(path: Path, folder: str) -> Description:
+def read_fmu(path: Path, folder: str) -> FmuDescription:
     """Unpack an FMU into a folder and read its description; none of its code is loaded.
 
     Raises:
@@ -196,29 +207,32 @@ def read_fmu(path: Path, folder: str) -> Description:
             f"it has no binary for this platform, {' or '.join(folders)}, but {', '.join(there) or 'none'}; of C "
             "sources `fmpy compile` builds one"
         )
-    return Description(found.fmiVersion, found.generationTool or "", modes, tuple(_variables(found)))
+    return FmuDescription(found.fmiVersion, found.generationTool or "", modes, tuple(_real_variables(found)))
 
 
-def _variables(found: Any) -> Iterator[Variable]:
+def _real_variables(found: Any) -> Iterator[FmuVariable]:
+    """Yield the real variables of a model description, arrays by element."""
     count = 0
     for one in found.modelVariables:
-        if one.type not in REAL or one.causality == "independent":
+        if one.type not in REAL_TYPES or one.causality == "independent":
             continue
         count += prod(one.shape)
-        if count > MOST_ELEMENTS:
+        if count > MAX_ELEMENTS:
             sizes = f"its variable {one.name} has {len(one.shape)} dimensions"
-            raise InvalidInput(f"{sizes} and brings it to more than {MOST_ELEMENTS} real numbers, which no model has")
+            raise InvalidInput(f"{sizes} and brings it to more than {MAX_ELEMENTS} real numbers, which no model has")
         unit = one.unit or (one.declaredType and one.declaredType.unit) or ""
         places = product(*(range(1, size + 1) for size in one.shape))
         for index, place in enumerate(places):
             element = f"[{','.join(map(str, place))}]" if place else ""
-            yield Variable(f"{one.name}{element}", unit, one.causality == "output", one.name, index)
+            yield FmuVariable(f"{one.name}{element}", unit, one.causality == "output", one.name, index)
 
 
 # -- a run -------------------------------------------------------------------------------------------------------------
 
 
-def simulate(_: Path, folder: str, mode: str, span: tuple[float, float, int], variables: Sequence[Variable]) -> Array:
+def simulate(
+    _: Path, folder: str, mode: str, span: tuple[float, float, int], variables: Sequence[FmuVariable]
+) -> Array:
     """Run an unpacked FMU from its initialisation to the end.
 
     Args:
@@ -241,7 +255,7 @@ def simulate(_: Path, folder: str, mode: str, span: tuple[float, float, int], va
     try:
         result = fmpy.simulate_fmu(
             folder, fmi_type=MODES[mode], start_time=start, stop_time=stop,
-            output_interval=(stop - start) / count, relative_tolerance=TOLERANCES.get(mode),
+            output_interval=(stop - start) / count, relative_tolerance=SOLVER_TOLERANCES.get(mode),
             output=[variable.array for variable in variables], logger=log, record_events=False, remote_platform=None,
         )  # fmt: skip
     except Exception as error:  # of FMPy, CVode and ctypes; the FMU's own words say more than its status

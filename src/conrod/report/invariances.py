@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from conrod.mjcf.results import Invariance, InvarianceStudy, Kept
+from conrod.mjcf.results import Invariance, InvarianceOutcome, InvarianceStudy
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
@@ -14,7 +14,7 @@ from conrod.report.terminal import PrintedPart, verdict_line
 
 def finding(study: InvarianceStudy) -> str:
     """Say in a sentence how many invariances hold, and which are broken."""
-    tried = sum(one.outcome is not Kept.UNSUPPORTED for one in study.found)
+    tried = sum(one.outcome is not InvarianceOutcome.UNSUPPORTED for one in study.found)
     if not study.broken:
         return f"None of {tried} invariances is broken."
     sizes = ", ".join(f"{one.change}{_size_words(one)}" for one in study.broken)
@@ -43,9 +43,9 @@ def invariances_table(study: InvarianceStudy) -> Table:
 
 
 def _verdict_cell(one: Invariance) -> Cell:
-    if one.outcome is Kept.UNSUPPORTED:
+    if one.outcome is InvarianceOutcome.UNSUPPORTED:
         return f"unsupported: {one.reason}"
-    broken = one.outcome is Kept.BROKEN
+    broken = one.outcome is InvarianceOutcome.BROKEN
     words = one.outcome.value.upper() if broken else one.outcome.value
     if one.cases > 1:
         words += f" in {one.broken} of {one.cases} models" if one.broken else f" in {one.cases} models"

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
 
-from conrod.mjcf.loops.differences import Comparison
-from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, LoopStudy, ShippedRun, limits_of
+from conrod.mjcf.loops.differences import MachineComparison
+from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, LoopStudy, ShippedRun, loop_limits
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import measured_text, order, quantity
 from conrod.report.start_pose import open_start_words
@@ -81,8 +81,8 @@ def _own_run_words(study: LoopStudy) -> str:
     if not shipped.driven:
         return f"{did}: not judged, nothing drives it (no control and no rate at its start)."
     if shipped.exceeds(asked):
-        return f"{did}: OUT OF TOLERANCE (allowed {in_mm(limits_of(asked)[LOOPS])})."
-    return f"{did}: {'within tolerance' if LOOPS in limits_of(asked) else 'measured, not judged'}."
+        return f"{did}: OUT OF TOLERANCE (allowed {in_mm(loop_limits(asked)[LOOPS])})."
+    return f"{did}: {'within tolerance' if LOOPS in loop_limits(asked) else 'measured, not judged'}."
 
 
 def _not_judged(study: LoopStudy) -> Iterator[str]:
@@ -120,13 +120,13 @@ def _driven_run_words(study: LoopStudy) -> str:
         return f"Driven with its own settings {gap}: measured, not judged."
     over = [
         f"{'loops open' if name == LOOPS else name} {_size_text(name, found)}, allowed {_size_text(name, allowed)}"
-        for name, (found, allowed) in own.exceeded(study.question.tolerance).items()
+        for name, (found, allowed) in own.exceeded_limits(study.question.tolerance).items()
     ]
     verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
     return f"Driven with its own settings {gap}: {verdict}."
 
 
-def _difference_words(other: Comparison) -> str:
+def _difference_words(other: MachineComparison) -> str:
     """Name the differences between the model and the machine; empty where none is found."""
     if other.other_branch:
         return "it is assembled on another branch"
@@ -191,7 +191,7 @@ def _run_verdict(study: LoopStudy, run: LoopRun) -> ColouredCell | str:
         return "measured"
     return (
         ColouredCell("within tolerance", "good")
-        if run.within(study.question.tolerance)
+        if run.is_within(study.question.tolerance)
         else ColouredCell("OUT OF TOLERANCE", "bad")
     )
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from conrod.errors import COMMANDING
+from conrod.errors import COMMANDING_CHARACTERS
 
 MAX_ERROR_CHARACTERS = 640  # of an error's line: room for two long paths and the causes
 # In Markdown: the start of a tag, of an image, or of a link that leads out of the report.
@@ -20,7 +20,7 @@ _ENTITIES = {"<": "&lt;", "!": "&#33;", "]": "&#93;"}
 
 def visible_text(text: str) -> str:
     """Replace control characters by question marks; tabs and line ends stay."""
-    return text.translate(COMMANDING)
+    return text.translate(COMMANDING_CHARACTERS)
 
 
 def safe_markdown(text: str) -> str:

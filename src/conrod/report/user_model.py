@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.own.models.identity import Explanation, Length
+from conrod.own.models.identity import Explanation, FoundLength
 from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
 from conrod.report.kind import Kind
@@ -87,7 +87,7 @@ def _judged_words(study: ModelStudy, run: JudgedRun) -> str:
 
 def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
     """List a run's quantities out of tolerance: 'position 7.4e-4 (0.16 mm) > 1.0e-4'."""
-    words, lengths = exceeded_words(study.exceeded(run)), study.scene.lengths
+    words, lengths = exceeded_words(study.exceeded_limits(run)), study.scene.lengths
     sizes = {"loops open": in_mm(run.opening, {"": max(lengths.values())}), "position": _position_in_mm(study, run)}
     named = [(one, next((size for name, size in sizes.items() if one.startswith(f"{name} ")), "")) for one in words]
     return ", ".join(one.replace(" > ", f" ({size} mm) > ") if size else one for one, size in named)
@@ -124,7 +124,7 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
         did += f"; the rates of its start open its loops: {rates.joint} at {found}, they ask for {asked} {rates.unit}"
     if run.errors is None:
         return f"{begin} {did}: OUT OF TOLERANCE."
-    if study.strays or study.rates_off or study.exceeded(run):
+    if study.strays or study.rates_off or study.exceeded_limits(run):
         over = _exceeded_words(study, run)
         return f"{begin} {did}: OUT OF TOLERANCE{f' ({over})' if over else ''}."
     return f"{begin} {did}; {_judged_words(study, run)}."
@@ -240,7 +240,7 @@ def explanation_words(found: Explanation) -> str:
     return " and ".join([*map(length_words, found.lengths), *places])
 
 
-def length_words(one: Length) -> str:
+def length_words(one: FoundLength) -> str:
     """Say how far a length is off: 'rod is 0.01 % too long: 325.0325 mm instead of 325 mm'."""
     excess = one.excess
     if excess is None:
@@ -289,7 +289,7 @@ def _run_verdict(study: ModelStudy, run: JudgedRun) -> str:
         return "STANDS STILL" if study.crank and study.crank.is_still else "STRAYS"
     if not any(run is one for one in study.judged):
         return "measured"
-    if study.exceeded(run) or (run is study.own_run and study.rates_off):
+    if study.exceeded_limits(run) or (run is study.own_run and study.rates_off):
         return "OUT OF TOLERANCE"
     return "within tolerance" if study.tolerance else "measured"
 

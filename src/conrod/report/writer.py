@@ -10,7 +10,7 @@ from itertools import repeat
 from pathlib import Path
 from typing import Any, TypeVar
 
-from conrod.crash import text_of
+from conrod.crash import error_text
 from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
 from conrod.report.folder import (
@@ -129,7 +129,7 @@ def explain_unfit_findings(folder: Path) -> Iterator[None]:
     except (InvalidInput, OSError, MemoryError):
         raise
     except Exception as error:  # a template may fail in any way on changed findings
-        said = f"{folder}: what it holds cannot be shown again ({text_of(error)})"
+        said = f"{folder}: what it holds cannot be shown again ({error_text(error)})"
         raise InvalidInput(f"{said}: it was changed since conrod wrote it, or conrod is at fault") from error
 
 

@@ -14,7 +14,7 @@ from own_model_edits import TEXTS, judged, replaced
 from conrod.mjcf.harden import harden_file
 from conrod.mjcf.lint.linting import lint
 from conrod.mjcf.loops import study
-from conrod.mjcf.loops.results import LoopStudy, Question
+from conrod.mjcf.loops.results import LoopRequest, LoopStudy
 from conrod.own.models.results import OWN, ModelStudy
 from conrod.report.loops import finding, how_exact
 from conrod.report.user_model import verdict
@@ -36,12 +36,14 @@ CURVED = """<mujoco><option timestep="0.001" gravity="0 0 0"/><default><geom con
 def looped(text: str, drive: str, seconds: float = 0.2) -> LoopStudy:
     """The study of a model at a single step, with nothing timed."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 60}.items():
+        for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 60}.items():
             patch.setattr(study, name, cheap)
         patch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
         joint, _, law = drive.partition("=")
-        bench = study._Bench.of(mujoco.MjModel.from_xml_string(text), Question({joint: law}, seconds=seconds))
-        return bench.studied("model.xml", "model", None)
+        bench = study._LoopBench.from_request(
+            mujoco.MjModel.from_xml_string(text), LoopRequest({joint: law}, seconds=seconds)
+        )
+        return bench.study("model.xml", "model", None)
 
 
 def scene(folder: Path, text: str, **more: float) -> ModelStudy:

@@ -17,9 +17,9 @@ from conrod.engines.mujoco import HARDENING_FACTOR
 from conrod.engines.mujoco.compiled_edits import INVERSE_WEIGHTS, set_armature, set_step
 from conrod.exact.motion import Array
 from conrod.mjcf.loops.driving import Drives, driven_run
-from conrod.mjcf.loops.results import OWN, Question
+from conrod.mjcf.loops.results import OWN, LoopRequest
 from conrod.mjcf.loops.runs import with_settings
-from conrod.mjcf.loops.study import _Bench
+from conrod.mjcf.loops.study import _LoopBench
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 STEPS, STEP = 100, 1e-3
@@ -122,7 +122,7 @@ def with_armature(text: str, joints: list[str], armature: float) -> str:
 class Compared:
     """A model with conrod's drive, and the same with the drive's armature in its text."""
 
-    bench: _Bench
+    bench: _LoopBench
     drives: Drives
     ours: mujoco.MjModel
     written: mujoco.MjModel
@@ -131,7 +131,7 @@ class Compared:
 def compared(name: str, label: str = OWN) -> Compared:
     text, laws = MODELS[name]
     model = mujoco.MjModel.from_xml_string(text)
-    bench = _Bench.of(model, Question(laws, seconds=STEPS * STEP))
+    bench = _LoopBench.from_request(model, LoopRequest(laws, seconds=STEPS * STEP))
     ours = with_settings(model, label, STEP, bench.period)
     drives = Drives(bench.machine, ours)
     joints = [joint.name for joint in (*bench.machine.driven, *drives.held)]
@@ -246,7 +246,7 @@ FIGURES = {
 @pytest.mark.parametrize("name", FIGURES)
 def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None:
     drives, *expected = FIGURES[name]
-    bench = _Bench.of(mujoco.MjModel.from_xml_path(str(CASES / f"{name}.xml")), Question(drives))
+    bench = _LoopBench.from_request(mujoco.MjModel.from_xml_path(str(CASES / f"{name}.xml")), LoopRequest(drives))
     runs = [bench._run(label, 1.0, 0.1) for label in (OWN, "hardened")]
     found = [run.errors["position"] for run in runs]
     assert found[0] == pytest.approx(expected[0], rel=1e-4)
@@ -256,7 +256,7 @@ def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None
 def test_a_steering_that_its_rack_drives_is_open_at_the_teeth_by_all_that_it_moves() -> None:
     """Softened by the pinion's tiny inertia: in plain MuJoCo by 30.07 mm of 30."""
     model = mujoco.MjModel.from_xml_path(str(CASES / "steering.xml"))
-    run = _Bench.of(model, Question({"rack": "sine:30mm,1Hz"}))._run(OWN, 1.0, 0.1)
+    run = _LoopBench.from_request(model, LoopRequest({"rack": "sine:30mm,1Hz"}))._run(OWN, 1.0, 0.1)
     assert (run.outcome.slug, run.reason) == ("opened", "teeth opens by 30.1 mm")
 
 
@@ -266,7 +266,7 @@ def test_a_drive_that_turns_back_is_followed_where_actuation_is_off(flag: str) -
     model = mujoco.MjModel.from_xml_string(
         text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag actuation="{flag}"/></option>')
     )
-    run = _Bench.of(model, Question(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
+    run = _LoopBench.from_request(model, LoopRequest(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
     assert run.errors["acceleration"] < 1e-6
 
 
@@ -277,7 +277,7 @@ def test_hardening_holds_where_the_file_has_inverse_inertias_computed_at_every_s
     text, laws = MODELS["disc and crank"]
     exact = text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag diagexact="enable"/></option>')
     model = mujoco.MjModel.from_xml_string(exact)
-    run = _Bench.of(model, Question(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
+    run = _LoopBench.from_request(model, LoopRequest(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
     assert run.errors["position"] < 1e-7
     harden(model)
     assert model.opt.enableflags == 0

@@ -14,11 +14,11 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.scene_study import study
-from conrod.mjcf.loops.turning import prepare
+from conrod.mjcf.loops.scene_study import study_scene_model
+from conrod.mjcf.loops.turning import prepare_turning
 from conrod.own.models.frame import GivenFrame
 from conrod.own.models.loading import load_model
-from conrod.own.models.request import Question, places_of
+from conrod.own.models.request import ModelRequest, places_of
 from conrod.own.models.results import ModelStudy
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, Scene, catalogue_names, dynamics_names, scene_named
@@ -39,13 +39,13 @@ REST = [name for name in (*SCENES, *catalogue_names(), *dynamics_names()) if nam
 
 def judged(path: Path, scene: Scene, name: str, text: str | None = None) -> ModelStudy:
     path.write_text(standalone_mjcf(name, scene) if text is None else text, encoding="utf-8")
-    return study(path, (name, scene), question_of(scene), GivenFrame(), 1.0, {"position": 1e-4})
+    return study_scene_model(path, (name, scene), question_of(scene), GivenFrame(), 1.0, {"position": 1e-4})
 
 
-def question_of(scene: Scene, keyframe: str | None = None) -> Question:
+def question_of(scene: Scene, keyframe: str | None = None) -> ModelRequest:
     mechanism = scene.mechanism()
     places = places_of({point: f"site:{point}" for point in scene.lengths})
-    return Question("crank", places, mechanism.mobility, len(mechanism.cam_contacts), keyframe)
+    return ModelRequest("crank", places, mechanism.mobility, len(mechanism.cam_contacts), keyframe)
 
 
 def check(found: ModelStudy, scene: Scene) -> None:
@@ -89,7 +89,7 @@ def test_a_pass_is_found_where_the_model_is_drawn_in_the_middle_of_it(tmp_path: 
     text = text.replace("</mujoco>", f'<keyframe><key name="middle" qpos="{moved}"/></keyframe></mujoco>')
     (tmp_path / "m.xml").write_text(text, encoding="utf-8")
     asked = question_of(scene, "middle")
-    found = study(tmp_path / "m.xml", ("watt", scene), asked, GivenFrame(), 1.0, {"position": 1e-4})
+    found = study_scene_model(tmp_path / "m.xml", ("watt", scene), asked, GivenFrame(), 1.0, {"position": 1e-4})
     assert found.is_machine
     assert all((run.worst("position") or 0.0) < 1e-4 for run in found.runs.values())
 
@@ -115,7 +115,7 @@ def test_a_model_that_cannot_make_the_pass_is_refused_with_its_ends(tmp_path: Pa
     with pytest.raises(
         InvalidInput, match=r"its crank goes from -5.\d+ deg to .* deg alone, .*: the pass of the machine"
     ):
-        prepare(tmp_path / "m.xml", longer)
+        prepare_turning(tmp_path / "m.xml", longer)
 
 
 @pytest.mark.parametrize("name", CHANGES)

@@ -16,8 +16,8 @@ from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.results import Question
-from conrod.mjcf.loops.study import _Bench
+from conrod.mjcf.loops.results import LoopRequest
+from conrod.mjcf.loops.study import _LoopBench
 from conrod.scenes import scene_named
 from conrod.scenes.space import MACHINES
 
@@ -118,7 +118,7 @@ FORCES = {
 @pytest.mark.parametrize("what", FORCES)
 def test_forces_are_compared_unless_others_act_in_the_run(what: str) -> None:
     text, expected = FORCES[what]
-    bench = _Bench.of(mujoco.MjModel.from_xml_string(text), Question({"crank": "60rpm"}, seconds=0.1))
+    bench = _LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "60rpm"}, seconds=0.1))
     run = bench._run("hardened", 1.0, 0.1)
     assert bench._unknown_forces(run.acting) == expected
     assert bool(run.drives) == (not expected)

@@ -14,8 +14,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import motion as motion_module
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops.results import LoopStudy, Question
-from conrod.mjcf.loops.study import _Bench
+from conrod.mjcf.loops.results import LoopRequest, LoopStudy
+from conrod.mjcf.loops.study import _LoopBench
 
 LAW = {"crank": "60rpm"}
 
@@ -78,8 +78,8 @@ def test_samples_that_do_not_close_are_an_error_and_no_motion(monkeypatch: pytes
 # -- freedoms --------------------------------------------------------------------------------------------------------
 
 
-def bench(text: str, **drives: str) -> _Bench:
-    return _Bench.of(mujoco.MjModel.from_xml_string(text), Question(LAW | drives))
+def bench(text: str, **drives: str) -> _LoopBench:
+    return _LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest(LAW | drives))
 
 
 def rocker_path() -> Array:
@@ -159,4 +159,4 @@ def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_th
 
 def studied(text: str) -> LoopStudy:
     model = mujoco.MjModel.from_xml_string(text)
-    return _Bench.of(model, Question(LAW, seconds=0.05)).studied("bar.xml", "bar", None)
+    return _LoopBench.from_request(model, LoopRequest(LAW, seconds=0.05)).study("bar.xml", "bar", None)

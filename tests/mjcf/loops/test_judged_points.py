@@ -11,7 +11,7 @@ import mujoco
 import pytest
 
 from conrod.mjcf.loops import study
-from conrod.mjcf.loops.results import LOOPS, LoopRun, LoopStudy, Question, ShippedRun
+from conrod.mjcf.loops.results import LOOPS, LoopRequest, LoopRun, LoopStudy, ShippedRun
 from conrod.report.loops import finding
 from conrod.runs.trajectory import Outcome
 
@@ -30,7 +30,7 @@ GEARS = """<mujoco><option gravity="0 0 0"/><worldbody>
 
 
 def judged_points(text: str, drives: dict[str, str]) -> set[str]:
-    bench = study._Bench.of(mujoco.MjModel.from_xml_string(text), Question(drives, seconds=1.0))
+    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest(drives, seconds=1.0))
     return {point.name for point in bench.points}
 
 
@@ -38,10 +38,10 @@ def judged_points(text: str, drives: dict[str, str]) -> set[str]:
 def leg(*points: str) -> LoopStudy:
     """The leg with its steps refined and coarsened once; whoever edits it takes a copy."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED": 9}.items():
+        for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
             patch.setattr(study, name, cheap)
         patch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
-        return study.study(LEG, Question(LEG_DRIVES, points=points, tolerance={"position": ALLOWED}), "leg")
+        return study.study_loops(LEG, LoopRequest(LEG_DRIVES, points=points, tolerance={"position": ALLOWED}), "leg")
 
 
 # -- judged points -----------------------------------------------------------------------------------------------------
@@ -75,11 +75,11 @@ def test_gears_whose_frames_stand_still_are_judged_by_their_mesh() -> None:
 
 def test_tolerance_of_position_bounds_how_far_loops_open() -> None:
     exact = LoopRun("as it is", 1e-3, Outcome.COMPLETED, "", {"position": 0.0, "velocity": 0.0}, "P", 3e-3)
-    assert exact.exceeded({"position": 1e-3}) == {LOOPS: (3e-3, 1e-3)}
-    assert not exact.within({"position": 1e-3})
-    assert exact.within({"position": 3e-3})
-    assert exact.within({"velocity": 1e-9})
-    assert not replace(exact, gap=math.nan).within({"position": 1.0})
+    assert exact.exceeded_limits({"position": 1e-3}) == {LOOPS: (3e-3, 1e-3)}
+    assert not exact.is_within({"position": 1e-3})
+    assert exact.is_within({"position": 3e-3})
+    assert exact.is_within({"velocity": 1e-9})
+    assert not replace(exact, gap=math.nan).is_within({"position": 1.0})
 
 
 def test_strut_leg_is_out_of_tolerance_and_no_open_run_is_recommended() -> None:
@@ -113,6 +113,6 @@ def test_a_driven_own_run_is_held_to_the_tolerance(gap: float, driven: bool, pas
     shipped = ShippedRun("its own pose", 1.0, Outcome.COMPLETED, "", gap, driven=driven)
     tuned = next(run for run in leg().runs if run.label == "tuned")
     found = replace(leg(), runs=(tuned,), shipped=shipped)
-    assert tuned.within(found.question.tolerance)
+    assert tuned.is_within(found.question.tolerance)
     assert found.passed == passes
     assert ("OUT OF TOLERANCE (allowed 0.010 mm)" in finding(found)) != passes

@@ -12,9 +12,9 @@ import pytest
 
 from conrod.exact.space import SpatialTree
 from conrod.mjcf.loops import study as study_module
-from conrod.mjcf.loops.load_differences import load_changes
+from conrod.mjcf.loops.load_differences import list_load_differences
 from conrod.mjcf.loops.reading import machine_tree, tree_of
-from conrod.mjcf.loops.results import Question
+from conrod.mjcf.loops.results import LoopRequest
 from conrod.report.loops import finding, how_exact
 from conrod.scenes.space import MACHINES
 
@@ -53,7 +53,7 @@ def on_the_moon(model: mujoco.MjModel) -> None:
     (on_the_moon, "gravity is (0 0 -1.62) instead of "),
 ])  # fmt: skip
 def test_a_load_that_differs_is_named_alone(edit: Callable[[mujoco.MjModel], None], said: str) -> None:
-    (words,) = load_changes(tree(edit), machine_tree(MACHINE))
+    (words,) = list_load_differences(tree(edit), machine_tree(MACHINE))
     assert words.startswith(said)
 
 
@@ -63,18 +63,18 @@ def test_loads_of_the_machine_itself_to_six_digits_do_not_differ() -> None:
             values = getattr(model, field)
             values[:] = np.vectorize(lambda x: float(f"{x:.6g}"))(values)
 
-    assert not list(load_changes(tree(), machine_tree(MACHINE)))
-    assert not list(load_changes(tree(rounded), machine_tree(MACHINE)))
+    assert not list(list_load_differences(tree(), machine_tree(MACHINE)))
+    assert not list(list_load_differences(tree(rounded), machine_tree(MACHINE)))
 
 
 def test_a_finding_names_loads_that_differ_of_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
         monkeypatch.setattr(study_module, name, cheap)
     monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
     text, file = MACHINES[MACHINE]().mjcf, tmp_path / "damped.xml"
     assert text.count('name="output"') == 1
     file.write_text(text.replace('name="output"', 'name="output" damping="0.1"'), encoding="utf-8")
-    found = study_module.study(file, Question(dict(MACHINES[MACHINE]().drives), machine=MACHINE), "damped")
+    found = study_module.study_loops(file, LoopRequest(dict(MACHINES[MACHINE]().drives), machine=MACHINE), "damped")
     assert found.is_machine
     said = "Loads are not judged, and differ: the damping of output is 0.1 instead of 0 N m s/rad."
     assert said in finding(found)

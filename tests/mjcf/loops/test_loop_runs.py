@@ -16,12 +16,12 @@ from four_bars import four_bar
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
-from conrod.mjcf.loops.differences import Comparison, compared
-from conrod.mjcf.loops.driving import Recording, driven_run
+from conrod.mjcf.loops.differences import MachineComparison, compare_with_machine
+from conrod.mjcf.loops.driving import LoopRecording, driven_run
 from conrod.mjcf.loops.reading import machine_tree
-from conrod.mjcf.loops.results import KINEMATIC, OWN, LoopRun, Question
-from conrod.mjcf.loops.runs import errors_of, kinematic_mode, with_settings
-from conrod.mjcf.loops.study import _Bench, study
+from conrod.mjcf.loops.results import KINEMATIC_TOLERANCE, OWN, LoopRequest, LoopRun
+from conrod.mjcf.loops.runs import compare_kinematics, judge_run, with_settings
+from conrod.mjcf.loops.study import _LoopBench, study_loops
 from conrod.runs.convergence import claimed_order
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
@@ -53,11 +53,13 @@ def edited(machine: str, edit: Edit) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def comparison(machine: str, mjcf: str) -> Comparison:
+def comparison(machine: str, mjcf: str) -> MachineComparison:
     """A model against a machine, by the exact motions of both."""
-    question = Question(dict(MACHINES[machine]().drives), seconds=1.0)
-    own = _Bench.of(mujoco.MjModel.from_xml_string(mjcf), question).machine
-    return compared(machine, own.tree, machine_tree(machine), own.laws, own.held, own.motion(TIMES, order=2))
+    question = LoopRequest(dict(MACHINES[machine]().drives), seconds=1.0)
+    own = _LoopBench.from_request(mujoco.MjModel.from_xml_string(mjcf), question).machine
+    return compare_with_machine(
+        machine, own.tree, machine_tree(machine), own.laws, own.held, own.motion(TIMES, order=2)
+    )
 
 
 TILT = np.tan(np.radians(0.1))
@@ -97,22 +99,22 @@ def test_a_defect_that_stops_the_study_is_named_in_its_line(tmp_path: Path) -> N
     path = tmp_path / "own.xml"
     path.write_text(edited("rssr", without_a_loop), encoding="utf-8")
     with pytest.raises(InvalidInput, match="it has no closed loop; against rssr: loop rocker_pin is missing"):
-        study(path, Question(dict(MACHINES["rssr"]().drives), machine="rssr"), "own")
+        study_loops(path, LoopRequest(dict(MACHINES["rssr"]().drives), machine="rssr"), "own")
 
 
-def bench_of(text: str, drives: dict[str, str], seconds: float | None = None, step: float = 5e-3) -> _Bench:
+def bench_of(text: str, drives: dict[str, str], seconds: float | None = None, step: float = 5e-3) -> _LoopBench:
     model = mujoco.MjModel.from_xml_string(text)
     model.opt.timestep = step
-    return _Bench.of(model, Question(drives, seconds=seconds))
+    return _LoopBench.from_request(model, LoopRequest(drives, seconds=seconds))
 
 
 @cache
-def machine_bench(name: str, seconds: float | None = None, step: float = 5e-3) -> _Bench:
+def machine_bench(name: str, seconds: float | None = None, step: float = 5e-3) -> _LoopBench:
     machine = MACHINES[name]()
     return bench_of(machine.mjcf, dict(machine.drives), seconds, step)
 
 
-def travel(bench: _Bench) -> float:
+def travel(bench: _LoopBench) -> float:
     motion = bench.machine.motion(np.linspace(0.0, bench.seconds, 60))
     return max(np.ptp(motion.points[point.name].position, axis=0).max() for point in bench.points)
 
@@ -150,7 +152,7 @@ def test_forces_of_a_hardened_run_are_the_exact_ones() -> None:
                                   for n in MACHINES])  # fmt: skip
 def test_mujoco_places_a_machine_as_its_exact_motion_does(name: str) -> None:
     bench = machine_bench(name, 0.5)
-    shares, remarks = kinematic_mode(
+    shares, remarks = compare_kinematics(
         bench.model, bench.machine, bench.points, bench.machine.motion(np.linspace(0.0, 0.5, 12))
     )
     assert max(shares.values()) < 1e-12
@@ -161,8 +163,8 @@ def test_mujoco_places_a_machine_as_its_exact_motion_does(name: str) -> None:
 def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_runs(defect: str) -> None:
     bench, model = machine_bench("rssr", 0.4, 4e-3), mujoco.MjModel.from_xml_string(edited("rssr", DEFECTS[defect][0]))
     model.opt.timestep = bench.model.opt.timestep
-    shares, _ = kinematic_mode(model, bench.machine, bench.points, bench.machine.motion(np.linspace(0, 0.4, 9)))
-    assert max(shares["position"], shares["closures"]) > 1e4 * KINEMATIC
+    shares, _ = compare_kinematics(model, bench.machine, bench.points, bench.machine.motion(np.linspace(0, 0.4, 9)))
+    assert max(shares["position"], shares["closures"]) > 1e4 * KINEMATIC_TOLERANCE
     # And so much more than a healthy run is off.
     healthy, planted = (
         b._run("hardened", 4.0, travel(bench)).errors["position"] for b in (bench, replace(bench, model=model))
@@ -173,18 +175,18 @@ def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_ru
 # -- defects of a recorded run -----------------------------------------------------------------------------------------
 
 
-def recorded(bench: _Bench, label: str = "hardened") -> tuple[Recording, Callable[[Recording], LoopRun]]:
+def recorded(bench: _LoopBench, label: str = "hardened") -> tuple[LoopRecording, Callable[[LoopRecording], LoopRun]]:
     """A run, and how it is judged."""
     step = float(bench.model.opt.timestep)
     motion = bench.machine.motion(step * np.arange(int(bench.seconds / step + 1e-9) + 1))
     model, size = with_settings(bench.model, label, step, bench.seconds), travel(bench)
     run = driven_run(bench.machine, model, motion, bench.points, 1)
     exact = forces(bench.machine, motion)
-    return run, lambda other: errors_of(label, step, other, motion, bench.machine, exact, size)
+    return run, lambda other: judge_run(label, step, other, motion, bench.machine, exact, size)
 
 
 @cache
-def four_bar_run(branch: float = 1.0) -> tuple[Recording, Callable[[Recording], LoopRun]]:
+def four_bar_run(branch: float = 1.0) -> tuple[LoopRecording, Callable[[LoopRecording], LoopRun]]:
     return recorded(bench_of(four_bar(branch=branch), {"crank": "60rpm"}, seconds=0.4))
 
 
@@ -209,7 +211,7 @@ def test_a_late_time_stamp_is_an_error_and_an_open_loop_or_an_ended_run_an_outco
     late = {name: np.concatenate([found[:, :1], found[:, :-1]], axis=1) for name, found in run.points.items()}
     shifted, healthy = judge(replace(run, points=late)), judge(run)
     assert shifted.errors["position"] > max(1e-4, 1e3 * healthy.errors["position"])
-    opened = judge(replace(run, gaps={"pin": np.full(len(run.times), 0.1)}))
+    opened = judge(replace(run, violations={"pin": np.full(len(run.times), 0.1)}))
     assert (opened.outcome, opened.reason, opened.errors) == (Outcome.OPENED, "pin opens by 100 mm", {})
     ended = judge(replace(run, outcome=Outcome.DIVERGED, reason="not finite at 0.1 s"))
     assert (ended.outcome, ended.errors) == (Outcome.DIVERGED, {})

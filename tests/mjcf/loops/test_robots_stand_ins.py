@@ -17,7 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.mobility import Mobility
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops import study
-from conrod.mjcf.loops.results import LoopStudy, Question
+from conrod.mjcf.loops.results import LoopRequest, LoopStudy
 from conrod.report.loops import finding
 from conrod.runs.trajectory import Outcome
 
@@ -83,7 +83,7 @@ def studied(
     """A driven machine after its way, its mobility, and the points that are judged."""
     compiled = mujoco.MjModel.from_xml_string(model)
     edit(compiled)
-    bench = study._Bench.of(compiled, Question(drives, seconds=1.0))
+    bench = study._LoopBench.from_request(compiled, LoopRequest(drives, seconds=1.0))
     return bench.machine, bench.freedom, {point.name for point in bench.points}
 
 
@@ -148,11 +148,11 @@ RESET, SWINGS = "it ended as reset: MuJoCo reset its state (BADQACC)", "turns ba
 
 def shipped(actuator: str, control: float, folder: Path, monkeypatch: pytest.MonkeyPatch) -> LoopStudy:
     """Study of the palletiser's arm with an actuator, in few runs."""
-    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 9}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
         monkeypatch.setattr(study, name, cheap)
     file = folder / "arm.xml"
     file.write_text(written(PARALLELOGRAM.format(0.3), LEVELS, actuator), encoding="utf-8")
-    return study.study(file, Question({"arm": "sine:10deg,5Hz"}, controls=(("0", control),)), "arm")
+    return study.study_loops(file, LoopRequest({"arm": "sine:10deg,5Hz"}, controls=(("0", control),)), "arm")
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from conrod.exact.space.immobility import JointCorrection, describe_corrections,
 from conrod.exact.space.mobility import TooManyDrivesError, check_drives
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import laws_of, tree_of
-from conrod.mjcf.loops.results import Question
-from conrod.mjcf.loops.study import _Bench, study
+from conrod.mjcf.loops.results import LoopRequest
+from conrod.mjcf.loops.study import _LoopBench, study_loops
 from conrod.scenes.space import MACHINES
 
 TILT = 0.05  # [deg]
@@ -37,7 +37,7 @@ def tilted(text: str, joint: str, seed: int = 0, tilt: float = TILT) -> str:
 def found(text: str, drives: dict[str, str]) -> list[JointCorrection]:
     """What would let the drives move a model that they do not; none where they do."""
     tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
-    laws, held = laws_of(model, tree, Question(drives))
+    laws, held = laws_of(model, tree, LoopRequest(drives))
     machine = DrivenTree(tree, laws, held)
     start = machine.assemble_start()
     try:
@@ -69,7 +69,12 @@ def test_the_axis_that_keeps_a_machine_in_space_from_moving_is_named(machine: st
             f"the axis of {joint} is 0.05 deg off"
         ]
     else:  # it moves, as far as its closures contradict each other
-        assert "the axis of" in _Bench.of(mujoco.MjModel.from_xml_string(text), Question(dict(made.drives)))._about()
+        assert (
+            "the axis of"
+            in _LoopBench.from_request(
+                mujoco.MjModel.from_xml_string(text), LoopRequest(dict(made.drives))
+            )._closure_words()
+        )
     assert not found(made.mjcf, dict(made.drives))
 
 
@@ -84,14 +89,14 @@ def test_a_spherical_four_bar_has_two_explanations_and_both_are_said() -> None:
     with pytest.raises(
         InvalidInput, match=r"it cannot move; either the axis of coupler is 0.05 deg off or coupler is anc"
     ):
-        _Bench.of(mujoco.MjModel.from_xml_string(text), Question(dict(made.drives)))
+        _LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest(dict(made.drives)))
 
 
 def test_a_machine_that_no_axis_or_anchor_explains_is_said_so() -> None:
     made = MACHINES["rssr"]()
     welded = made.mjcf.replace("<connect", "<weld")
     with pytest.raises(InvalidInput, match=r"it cannot move; no single axis or anchor explains it$"):
-        _Bench.of(mujoco.MjModel.from_xml_string(welded), Question(dict(made.drives)))
+        _LoopBench.from_request(mujoco.MjModel.from_xml_string(welded), LoopRequest(dict(made.drives)))
 
 
 @pytest.mark.parametrize("spare", [
@@ -101,7 +106,7 @@ def test_a_machine_that_no_axis_or_anchor_explains_is_said_so() -> None:
 def test_a_closure_that_is_one_too_many_is_named(spare: str) -> None:
     text = four_bar().replace("</equality>", f"{spare}</equality>")
     with pytest.raises(InvalidInput, match=r"it cannot move; without spare it moves$"):
-        _Bench.of(mujoco.MjModel.from_xml_string(text), Question({"crank": "60rpm"}))
+        _LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "60rpm"}))
 
 
 def test_what_is_known_to_differ_is_laid_to_no_axis(tmp_path: Path) -> None:
@@ -111,12 +116,14 @@ def test_what_is_known_to_differ_is_laid_to_no_axis(tmp_path: Path) -> None:
     with pytest.raises(
         InvalidInput, match=r"it cannot move; against rssr: joint rod_pitch is a slide, the machine has"
     ):
-        study(path, Question(dict(made.drives), machine="rssr"), "model")
+        study_loops(path, LoopRequest(dict(made.drives), machine="rssr"), "model")
 
 
 def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
     with pytest.raises(InvalidInput, match=r"give 1 of crank, rocker$"):
-        _Bench.of(mujoco.MjModel.from_xml_string(four_bar()), Question({"crank": "60rpm", "rocker": "sine:5deg,1Hz"}))
+        _LoopBench.from_request(
+            mujoco.MjModel.from_xml_string(four_bar()), LoopRequest({"crank": "60rpm", "rocker": "sine:5deg,1Hz"})
+        )
 
 
 def test_what_explains_is_said_alone_with_others_or_to_be_unknown() -> None:

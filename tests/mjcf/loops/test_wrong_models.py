@@ -15,14 +15,14 @@ from command_line import conrod
 
 from conrod.errors import InvalidInput
 from conrod.exact.space.motion import NO_FURTHER
-from conrod.mjcf.causes import with_causes
-from conrod.mjcf.equalities import inactive_closures, inactive_words, openings
+from conrod.mjcf.causes import append_causes
+from conrod.mjcf.equalities import constraint_violations, inactive_closures, inactive_words
 from conrod.mjcf.loops import study as study_module
-from conrod.mjcf.loops.differences import Comparison, changes
+from conrod.mjcf.loops.differences import MachineComparison, list_differences
 from conrod.mjcf.loops.reading import machine_tree, tree_of
-from conrod.mjcf.loops.results import LoopRun, LoopStudy, Question
+from conrod.mjcf.loops.results import LoopRequest, LoopRun, LoopStudy
 from conrod.mjcf.loops.start import open_start
-from conrod.mjcf.loops.study import study
+from conrod.mjcf.loops.study import study_loops
 from conrod.report.loops import finding
 from conrod.report.start_pose import open_start_words
 from conrod.runs.trajectory import Outcome
@@ -41,14 +41,14 @@ def check_file(*arguments: object) -> tuple[int, str]:
 @pytest.fixture
 def few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Studies of closed loops make no more runs than their verdict needs."""
-    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED": 25}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 25}.items():
         monkeypatch.setattr(study_module, name, cheap)
     monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
 
 
 def study_of(path: Path, machine: str, **question: object) -> LoopStudy:
     drives = dict(MACHINES[machine]().drives)
-    return study(path, replace(Question(drives, machine=machine), **question), path.stem)  # type: ignore[arg-type]
+    return study_loops(path, replace(LoopRequest(drives, machine=machine), **question), path.stem)  # type: ignore[arg-type]
 
 
 # -- another machine in space ------------------------------------------------------------------------------------------
@@ -71,8 +71,8 @@ def test_a_rod_a_tenth_of_a_millimetre_long_is_another_machine() -> None:
     )
     assert healthy.passed
     for off in (1.0, None):
-        assert not replace(healthy, compared=Comparison("rssr", off, "rod_end", ())).passed
-    assert replace(healthy, compared=Comparison("rssr", 0.0, "rod_end", ())).passed
+        assert not replace(healthy, compared=MachineComparison("rssr", off, "rod_end", ())).passed
+    assert replace(healthy, compared=MachineComparison("rssr", 0.0, "rod_end", ())).passed
     assert not replace(healthy, kinematic={"position": 1e-3}).passed
     assert not replace(healthy, shipped=replace(found.shipped, outcome=Outcome.DIVERGED)).passed
     diverged = LoopRun("as it is", 1e-3, Outcome.DIVERGED)
@@ -197,9 +197,9 @@ OTHERWISE: dict[str, tuple[str, tuple[Edit, ...], tuple[str, ...]]] = {
 def test_what_a_model_has_otherwise_is_named(mistake: str) -> None:
     machine, edits, words = OTHERWISE[mistake]
     model = mujoco.MjModel.from_xml_string(edited(machine, *edits))
-    found = list(changes(tree_of(model, model.qpos0), machine_tree(machine), inactive_closures(model)))
+    found = list(list_differences(tree_of(model, model.qpos0), machine_tree(machine), inactive_closures(model)))
     assert set(words) <= set(found)
-    assert not list(changes(tree_of(model, model.qpos0), tree_of(model, model.qpos0)))
+    assert not list(list_differences(tree_of(model, model.qpos0), tree_of(model, model.qpos0)))
 
 
 @pytest.mark.usefixtures("few_runs")
@@ -301,7 +301,7 @@ def test_an_open_keyframe_is_measured_as_mujoco_does_on_every_machine(machine: s
         data.qpos[:] = model.qpos0
         mujoco.mj_integratePos(model, data.qpos, way, middle)
         mujoco.mj_forward(model, data)
-        opened = max(openings(model, data, extent))
+        opened = max(constraint_violations(model, data, extent))
         low, high = (middle, high) if opened < gap else (low, middle)
     found = open_start(model, data, extent, "its own pose")
     assert found is not None
@@ -328,12 +328,12 @@ FOLDED = (CASES / "folded-leg.xml").read_text(encoding="utf-8")
 LENGTH = {"length": "move:0.3m,0.6m,1s"}
 
 
-def leg(text: str = FOLDED, **question: object) -> study_module._Bench:
+def leg(text: str = FOLDED, **question: object) -> study_module._LoopBench:
     model = mujoco.MjModel.from_xml_string(text)
-    return study_module._Bench.of(model, replace(Question(LENGTH), **question))  # type: ignore[arg-type]
+    return study_module._LoopBench.from_request(model, replace(LoopRequest(LENGTH), **question))  # type: ignore[arg-type]
 
 
-def knee_of(bench: study_module._Bench) -> tuple[float, float]:
+def knee_of(bench: study_module._LoopBench) -> tuple[float, float]:
     """Length and knee at the start of the motion [m, rad]."""
     at = {joint.name: joint.coordinate for joint in bench.machine.tree.joints}
     start = bench.machine.knots[0].coordinates[:, 0]
@@ -395,16 +395,16 @@ def test_a_pin_whose_parts_do_not_meet_is_why_it_goes_no_further(asked: tuple[ob
 
 @pytest.mark.usefixtures("few_runs")
 def test_a_pin_whose_parts_do_not_meet_is_said_where_the_machine_moves() -> None:
-    found = study(CASES / "anchor-apart.xml", Question({"crank": "move:0,20deg,1s"}), "apart")
+    found = study_loops(CASES / "anchor-apart.xml", LoopRequest({"crank": "move:0,20deg,1s"}), "apart")
     assert "Pin holds rocker at a point 331 mm from its nearest geom" in finding(found)
 
 
 def test_a_cause_takes_the_place_of_a_guess_and_no_cause_leaves_it() -> None:
     error = f"it goes no further than here: {NO_FURTHER}"
-    assert with_causes(error) == with_causes(error, "") == error
-    assert with_causes(error, "a is so", "b is so") == "it goes no further than here: a is so; b is so"
-    assert with_causes("it cannot move", "a is so") == "it cannot move; a is so"
-    assert with_causes("it cannot move, as a is so", "a is so") == "it cannot move, as a is so"
+    assert append_causes(error) == append_causes(error, "") == error
+    assert append_causes(error, "a is so", "b is so") == "it goes no further than here: a is so; b is so"
+    assert append_causes("it cannot move", "a is so") == "it cannot move; a is so"
+    assert append_causes("it cannot move, as a is so", "a is so") == "it cannot move, as a is so"
 
 
 @pytest.mark.parametrize(("drive", "law"), [("femur", "move:20deg,60deg,1s"), ("knee", "move:-30deg,-100deg,1s")])

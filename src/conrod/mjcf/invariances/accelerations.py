@@ -21,25 +21,25 @@ import numpy as np
 
 from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
-from conrod.mjcf.runs import data_at
+from conrod.mjcf.runs import data_at_state
 
 # Each number is off by up to so many units in the last place, as often, and the largest change counts so many times:
 # a change reorders sums of some tens of terms, whose errors are of that size.
-UNITS, DRAWS, MARGIN = 4, 8, 10.0
-ITERATIONS = 100  # of Newton's method, which needs some ten at most; those of others are more
+ROUNDING_UNITS, ROUNDING_DRAWS, ROUNDING_MARGIN = 4, 8, 10.0
+MIN_ITERATIONS = 100  # of Newton's method, which needs some ten at most; those of others are more
 
 
-def converged(model: mujoco.MjModel) -> mujoco.MjModel:
+def with_converged_solver(model: mujoco.MjModel) -> mujoco.MjModel:
     """A copy whose solver is Newton's method on dense matrices, and goes on to the end."""
     made = copy.copy(model)
     made.opt.solver, made.opt.jacobian = mujoco.mjtSolver.mjSOL_NEWTON, mujoco.mjtJacobian.mjJAC_DENSE
-    made.opt.tolerance, made.opt.iterations = 0.0, max(ITERATIONS, made.opt.iterations)
+    made.opt.tolerance, made.opt.iterations = 0.0, max(MIN_ITERATIONS, made.opt.iterations)
     return made
 
 
 def forward(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
     """Fresh data at a state, with its accelerations, which the solver finds without a first guess."""
-    data = data_at(model, state)
+    data = data_at_state(model, state)
     data.qacc_warmstart[:] = 0.0
     mujoco.mj_forward(model, data)
     return data
@@ -58,7 +58,7 @@ class Accelerations:
     data: mujoco.MjData
     bound: float = 0.0
 
-    def off(self, others: Array) -> float:
+    def difference(self, others: Array) -> float:
         """Difference of other accelerations (nv,), in the norm of the kinetic energy."""
         return self._norm(others - self.data.qacc)
 
@@ -79,24 +79,24 @@ def accelerations(model: mujoco.MjModel, state: Array) -> Accelerations:
     sizes = np.zeros(len(state))  # coordinates and rates come first
     sizes[: model.nq] = np.maximum(np.abs(state[: model.nq]), 1.0)
     sizes[model.nq : model.nq + model.nv] = state[model.nq : model.nq + model.nv]
-    last_places = UNITS * np.finfo(float).eps * sizes
-    draws = (state + last_places * random.uniform(-1.0, 1.0, len(state)) for _ in range(DRAWS))
-    return replace(found, bound=MARGIN * max(found.off(forward(model, draw).qacc) for draw in draws))
+    last_places = ROUNDING_UNITS * np.finfo(float).eps * sizes
+    draws = (state + last_places * random.uniform(-1.0, 1.0, len(state)) for _ in range(ROUNDING_DRAWS))
+    return replace(found, bound=ROUNDING_MARGIN * max(found.difference(forward(model, draw).qacc) for draw in draws))
 
 
 FREE, SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 CONNECT, WELD = (int(getattr(mujoco.mjtEq, f"mjEQ_{kind}")) for kind in ("CONNECT", "WELD"))
 WORLD, NO_SAME_FRAME = 0, 0  # the latter is mjSAMEFRAME_NONE, a name that 3.2.2 does not have yet
-MASSES = (  # fields in proportion to the unit of mass, and in inverse proportion
+MASS_FIELDS = (  # fields in proportion to the unit of mass, and in inverse proportion
     "body_mass", "body_subtreemass", "body_inertia", "dof_armature", "dof_damping", "dof_M0", "dof_frictionloss",
     "jnt_stiffness", "jnt_actfrcrange", "tendon_stiffness", "tendon_damping", "tendon_frictionloss", "tendon_armature",
     "geom_adhesion", "pair_adhesion",
     "actuator_gainprm", "actuator_biasprm", "actuator_forcerange", "actuator_damping", "actuator_armature",
 )  # fmt: skip
-INVERSE_MASSES = ("body_invweight0", "dof_invweight0", "tendon_invweight0")
+INVERSE_MASS_FIELDS = ("body_invweight0", "dof_invweight0", "tendon_invweight0")
 # Which a model may have and a similarity does not know: counts, or fields that must be 0.
-NEVER = ("nflex", "nplugin", "nmocap", "nhfield", "na")
-ZERO = (
+UNSUPPORTED_COUNTS = ("nflex", "nplugin", "nmocap", "nhfield", "na")
+UNSUPPORTED_FIELDS = (
     "dof_dampingpoly", "jnt_stiffnesspoly", "tendon_dampingpoly", "tendon_stiffnesspoly", "actuator_dampingpoly",
     "jnt_springyield", "tendon_springyield",
 )  # fmt: skip
@@ -125,11 +125,11 @@ class Similarity:
 
     def refusal(self, model: mujoco.MjModel) -> str:
         """Features of the model that the similarity does not know; empty where it knows all."""
-        return next((words for words, has in self._unknown(model) if has), "")
+        return next((words for words, has in self._unsupported_features(model) if has), "")
 
-    def _unknown(self, model: mujoco.MjModel) -> Iterator[tuple[str, bool]]:
-        yield from ((f"the model has {name} > 0", bool(getattr(model, name, 0))) for name in NEVER)
-        yield from ((f"the model has {name}", bool(np.any(getattr(model, name, 0.0)))) for name in ZERO)
+    def _unsupported_features(self, model: mujoco.MjModel) -> Iterator[tuple[str, bool]]:
+        yield from ((f"the model has {name} > 0", bool(getattr(model, name, 0))) for name in UNSUPPORTED_COUNTS)
+        yield from ((f"the model has {name}", bool(np.any(getattr(model, name, 0.0)))) for name in UNSUPPORTED_FIELDS)
         yield "the model has a fluid", bool(model.opt.density or model.opt.viscosity)
         of_joints = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
         right = model.jnt_type[model.actuator_trnid[of_joints, 0]] >= SLIDE
@@ -139,25 +139,25 @@ class Similarity:
         to_world = (model.eq_obj1id == WORLD) | (model.eq_obj2id == WORLD)
         yield "a weld to the world", self.turned and bool(np.any((model.eq_type == WELD) & to_world))
 
-    def applied(self, model: mujoco.MjModel) -> mujoco.MjModel:
+    def apply(self, model: mujoco.MjModel) -> mujoco.MjModel:
         """A copy of a model as this similarity makes it."""
         made = copy.copy(model)
-        for names, factor in ((MASSES, self.mass), (INVERSE_MASSES, 1.0 / self.mass)):
+        for names, factor in ((MASS_FIELDS, self.mass), (INVERSE_MASS_FIELDS, 1.0 / self.mass)):
             for name in names:
                 if hasattr(made, name):
                     getattr(made, name)[:] *= factor
         made.stat.meanmass, made.stat.meaninertia = self.mass * made.stat.meanmass, self.mass * made.stat.meaninertia
         if self.turned:
-            self._turn(made)
+            self._rotate_world(made)
         return made
 
-    def _turn(self, made: mujoco.MjModel) -> None:
+    def _rotate_world(self, made: mujoco.MjModel) -> None:
         for kind, owner in (("body", made.body_parentid), ("geom", made.geom_bodyid), ("site", made.site_bodyid)):
             places, rotations = getattr(made, f"{kind}_pos"), getattr(made, f"{kind}_quat")
             of_world = np.flatnonzero(owner == WORLD)
             for index in of_world[1:] if kind == "body" else of_world:  # the world is its own parent
                 places[index] = self.rotation @ places[index]
-                rotations[index] = self._turned(rotations[index])
+                rotations[index] = self._rotate(rotations[index])
                 if kind != "body":  # MuJoCo skips the rotation of what stood at its body's frame
                     getattr(made, f"{kind}_sameframe")[index] = NO_SAME_FRAME
         of_bodies = (made.eq_type == CONNECT) & ~compat.site_equalities(made)
@@ -170,7 +170,7 @@ class Similarity:
         for name in ("qpos0", "qpos_spring"):
             getattr(made, name)[:] = self.positions(made, getattr(made, name))
 
-    def _turned(self, rotation: Array) -> Array:
+    def _rotate(self, rotation: Array) -> Array:
         made = np.empty(4)
         mujoco.mju_mulQuat(made, np.array(self.turn), np.asarray(rotation, dtype=float))
         return made
@@ -182,10 +182,10 @@ class Similarity:
         made = np.array(coordinates)
         for at in model.jnt_qposadr[model.jnt_type == FREE]:
             made[at : at + 3] = self.rotation @ made[at : at + 3]
-            made[at + 3 : at + 7] = self._turned(made[at + 3 : at + 7])
+            made[at + 3 : at + 7] = self._rotate(made[at + 3 : at + 7])
         return made
 
-    def rates(self, model: mujoco.MjModel) -> Array:
+    def rate_matrix(self, model: mujoco.MjModel) -> Array:
         """Matrix (nv, nv) from rates, or accelerations, to those of the image."""
         made = np.eye(model.nv)
         for at in model.jnt_dofadr[model.jnt_type == FREE]:

@@ -17,21 +17,27 @@ import numpy as np
 from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
 from conrod.exact.space import COORDINATES, RATES
-from conrod.mjcf.invariances.accelerations import Accelerations, Similarity, accelerations, converged, forward
-from conrod.mjcf.results import Invariance, Kept
-from conrod.mjcf.runs import data_at
+from conrod.mjcf.invariances.accelerations import (
+    Accelerations,
+    Similarity,
+    accelerations,
+    forward,
+    with_converged_solver,
+)
+from conrod.mjcf.results import Invariance, InvarianceOutcome
+from conrod.mjcf.runs import data_at_state
 from conrod.own.models.loading import joint_kind
 
-AXIS = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
-TURNED = (math.cos(0.5), *(math.sin(0.5) * AXIS).tolist())  # by one radian about no axis of the world
+TURN_AXIS = np.array([1.0, 2.0, 3.0]) / math.sqrt(14.0)
+TURN_QUATERNION = (math.cos(0.5), *(math.sin(0.5) * TURN_AXIS).tolist())  # by one radian about no axis of the world
 SIMILARITIES = {
     "masses doubled": Similarity(mass=2.0),
-    "world turned": Similarity(turn=TURNED),
+    "world turned": Similarity(turn=TURN_QUATERNION),
 }
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class InvarianceBench:
     """A model with its accelerations at states of its run.
 
     Attributes:
@@ -47,19 +53,19 @@ class Bench:
     broke: bool = False
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, times: Array, states: Array, broke: bool = False) -> Bench:
+    def from_states(cls, model: mujoco.MjModel, times: Array, states: Array, broke: bool = False) -> InvarianceBench:
         """The bench of a model."""
-        solved = converged(model)
+        solved = with_converged_solver(model)
         return cls(model, times, states, tuple(accelerations(solved, state) for state in states), broke)
 
-    def held(self, change: str, others: Callable[[Array], Array]) -> Invariance:
+    def judge_change(self, change: str, others: Callable[[Array], Array]) -> Invariance:
         """A change judged by the accelerations (nv,) that it gives at each state."""
-        offs = [one.off(values) for one, values in zip(self.reference, map(others, self.states), strict=True)]
+        offs = [one.difference(values) for one, values in zip(self.reference, map(others, self.states), strict=True)]
         ratios = [_ratio(off, one.bound) for off, one in zip(offs, self.reference, strict=True)]
         size = max(one.size for one in self.reference)
         out = [k for k, ratio in enumerate(ratios) if not ratio <= 1.0]
         worst = out[0] if out else int(np.argmax(ratios))
-        outcome = Kept.BROKEN if out else Kept.HOLDS
+        outcome = InvarianceOutcome.BROKEN if out else InvarianceOutcome.HOLDS
         return Invariance(change, "rounding", outcome, _ratio(max(offs), size), max(ratios), float(self.times[worst]))
 
 
@@ -67,9 +73,9 @@ def _ratio(value: float, bound: float) -> float:
     return 0.0 if value == 0.0 else value / bound if bound > 0.0 else math.inf
 
 
-def every(bench: Bench, path: Path) -> Iterator[Invariance]:
+def all_invariance_checks(bench: InvarianceBench, path: Path) -> Iterator[Invariance]:
     """All changes of the model of a file."""
-    yield from (*settings_changed(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path))
+    yield from (*solver_settings(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path))
 
 
 # -- settings of the solver --------------------------------------------------------------------------------------------
@@ -88,87 +94,87 @@ SETTINGS: dict[str, Callable[[mujoco.MjModel], None]] = {
 }
 
 
-def settings_changed(bench: Bench) -> Iterator[Invariance]:
+def solver_settings(bench: InvarianceBench) -> Iterator[Invariance]:
     """The solver's matrices and islands, each on its own."""
     for change, edit in SETTINGS.items():
-        edited = converged(bench.model)
+        edited = with_converged_solver(bench.model)
         edit(edited)
-        yield bench.held(change, partial(_solved, edited))
+        yield bench.judge_change(change, partial(_solve_accelerations, edited))
 
 
-def _solved(model: mujoco.MjModel, state: Array) -> Array:
+def _solve_accelerations(model: mujoco.MjModel, state: Array) -> Array:
     return np.array(forward(model, state).qacc)
 
 
-def warm_start(bench: Bench) -> Invariance:
+def warm_start(bench: InvarianceBench) -> Invariance:
     """The solver's first guess."""
-    solved = converged(bench.model)
+    solved = with_converged_solver(bench.model)
 
-    def guessed(state: Array) -> Array:
-        data = data_at(solved, state)
+    def accelerations_from_guess(state: Array) -> Array:
+        data = data_at_state(solved, state)
         mujoco.mj_forward(solved, data)
         return np.array(data.qacc)
 
-    return bench.held("warm start", guessed)
+    return bench.judge_change("warm start", accelerations_from_guess)
 
 
 # -- the machine in other words ----------------------------------------------------------------------------------------
 
 
-def similarities(bench: Bench) -> Iterator[Invariance]:
+def similarities(bench: InvarianceBench) -> Iterator[Invariance]:
     """Another unit of mass, and a turned world."""
     for change, similarity in SIMILARITIES.items():
         if reason := similarity.refusal(bench.model):
-            yield Invariance(change, "rounding", Kept.UNSUPPORTED, reason=reason)
+            yield Invariance(change, "rounding", InvarianceOutcome.UNSUPPORTED, reason=reason)
         else:
-            own = _with_a_round_cone(bench) if similarity.turned else bench
-            yield own.held(change, _in_image(own.model, similarity))
+            own = _with_elliptic_cone(bench) if similarity.turned else bench
+            yield own.judge_change(change, _image_accelerations(own.model, similarity))
 
 
-def _with_a_round_cone(bench: Bench) -> Bench:
+def _with_elliptic_cone(bench: InvarianceBench) -> InvarianceBench:
     """The edges of a friction pyramid follow the world's axes, so it cannot be turned."""
     if bench.model.opt.cone != mujoco.mjtCone.mjCONE_PYRAMIDAL:
         return bench
     model = copy.copy(bench.model)
     model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
-    return Bench.of(model, bench.times, bench.states)
+    return InvarianceBench.from_states(model, bench.times, bench.states)
 
 
-def _in_image(model: mujoco.MjModel, similarity: Similarity) -> Callable[[Array], Array]:
-    solved = converged(model)
-    image, rates = similarity.applied(solved), similarity.rates(solved)
+def _image_accelerations(model: mujoco.MjModel, similarity: Similarity) -> Callable[[Array], Array]:
+    solved = with_converged_solver(model)
+    image, rates = similarity.apply(solved), similarity.rate_matrix(solved)
 
-    def found(state: Array) -> Array:
-        own, data = data_at(solved, state), mujoco.MjData(image)
+    def image_accelerations(state: Array) -> Array:
+        own, data = data_at_state(solved, state), mujoco.MjData(image)
         data.qpos[:], data.qvel[:] = similarity.positions(solved, own.qpos), rates @ own.qvel
         data.ctrl[:] = own.ctrl
         mujoco.mj_forward(image, data)
         return np.asarray(np.linalg.solve(rates, data.qacc))
 
-    return found
+    return image_accelerations
 
 
-def reversed_declaration(bench: Bench, path: Path) -> Invariance:
+def reversed_declaration(bench: InvarianceBench, path: Path) -> Invariance:
     """The elements of every body, and the equality constraints, declared in reverse order."""
     change = "order of declaration"
     try:
         named, reverse = both_orders(path)
     except (ValueError, mujoco.FatalError) as error:
-        return Invariance(change, "rounding", Kept.UNSUPPORTED, reason=" ".join(str(error).split()))
-    positions, rates = order(named, reverse)
-    solved, written = converged(reverse), Bench.of(named, bench.times, bench.states)
+        return Invariance(change, "rounding", InvarianceOutcome.UNSUPPORTED, reason=" ".join(str(error).split()))
+    positions, rates = joint_addresses(named, reverse)
+    solved, written = with_converged_solver(reverse), InvarianceBench.from_states(named, bench.times, bench.states)
 
-    def found(state: Array) -> Array:
-        own, data = data_at(named, state), mujoco.MjData(solved)
+    def reordered_accelerations(state: Array) -> Array:
+        own, data = data_at_state(named, state), mujoco.MjData(solved)
         data.qpos[positions], data.qvel[rates] = own.qpos, own.qvel
         data.ctrl[:], data.act[:] = own.ctrl, own.act
         mujoco.mj_forward(solved, data)
         return np.asarray(data.qacc[rates])
 
-    return written.held(change, found)
+    return written.judge_change(change, reordered_accelerations)
 
 
-def order(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[int]]:
+def joint_addresses(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[int]]:
     """Places of the coordinates (nq,) and rates (nv,) of one model in another with the same names of joints."""
     positions, rates = list[int](), list[int]()
     for joint in range(one.njnt):

@@ -20,36 +20,36 @@ from conrod.engines.spanning_tree import grow_spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.invariances import changes
-from conrod.mjcf.results import Invariance, Kept
-from conrod.mjcf.runs import SAMPLES, about, run, state_of
+from conrod.mjcf.results import Invariance, InvarianceOutcome
+from conrod.mjcf.runs import MAX_SAMPLES, run, state_of, user_model_errors
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls
 from conrod.scenes import Scene
 
-STEPS = 1000  # of the run, unless it is said how long it is
-COMPARED = 12  # states of it
+DEFAULT_STEPS = 1000  # of the run, unless it is said how long it is
+COMPARED_STATES = 12  # states of it
 THREADS = 4
 
 
-def bits(path: Path, seconds: float | None, keyframe: str | None, controls: Controls) -> str:
+def states_digest(path: Path, seconds: float | None, keyframe: str | None, controls: Controls) -> str:
     """Digest of all states of a model's run; to be called in a process of its own."""
     model = load_model(path)
     return _digest(model, *_start(model, seconds, keyframe, controls)[:2])
 
 
-def study(
+def study_invariances(
     path: Path, seconds: float | None, keyframe: str | None, controls: Controls, elsewhere: str
 ) -> tuple[str, tuple[Invariance, ...]]:
     """The run of a model file in words, and its invariances; to be called in a process of its own.
 
     Args:
-        elsewhere: `bits` of another process.
+        elsewhere: `states_digest` of another process.
 
     Raises:
         InvalidInput: the file cannot be loaded, or its run breaks off at once.
     """
     model = load_model(path)
-    with about(path):
+    with user_model_errors(path):
         check_finite(model)
         if not model.nv:
             raise InvalidInput("nothing in it moves: it has no joint")
@@ -61,10 +61,10 @@ def study(
         same = {"run again": {own, _digest(model, start, steps)}, "another process": {own, elsewhere}}
         same[f"{THREADS} threads"] = together | {own}
         found = [
-            Invariance(change, "bits", Kept.BITS if len(digests) == 1 else Kept.BROKEN)
+            Invariance(change, "bits", InvarianceOutcome.BITS if len(digests) == 1 else InvarianceOutcome.BROKEN)
             for change, digests in same.items()
         ]
-        found += changes.every(bench, path)
+        found += changes.all_invariance_checks(bench, path)
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
     run = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
     return f"{run}, from {words}{broke}", tuple(found)
@@ -75,7 +75,7 @@ def _start(
 ) -> tuple[Array, int, str]:
     """State, steps, and the start in words."""
     data, index = data_at_start(model, keyframe, controls)
-    steps = STEPS if seconds is None else max(1, round(seconds / model.opt.timestep))
+    steps = DEFAULT_STEPS if seconds is None else max(1, round(seconds / model.opt.timestep))
     return state_of(model, data), steps, start_words(model, index)
 
 
@@ -83,53 +83,53 @@ def _digest(model: mujoco.MjModel, start: Array, steps: int) -> str:
     return hashlib.sha256(run(model, start, steps).states.tobytes()).hexdigest()
 
 
-def _bench(model: mujoco.MjModel, start: Array, steps: int) -> changes.Bench:
+def _bench(model: mujoco.MjModel, start: Array, steps: int) -> changes.InvarianceBench:
     """A model with some states of its run.
 
     Raises:
         InvalidInput: its run breaks off before there is a state.
     """
     made = run(model, start, steps)
-    every = max(1, len(made.states) // COMPARED)
-    states = made.states[::every][:COMPARED]
+    every = max(1, len(made.states) // COMPARED_STATES)
+    states = made.states[::every][:COMPARED_STATES]
     if not len(states):
         raise InvalidInput("its run breaks off at the start")
-    interval = model.opt.timestep * max(1, -(-steps // SAMPLES)) * every
-    return changes.Bench.of(model, interval * np.arange(len(states)), states, bool(made.broke))
+    interval = model.opt.timestep * max(1, -(-steps // MAX_SAMPLES)) * every
+    return changes.InvarianceBench.from_states(model, interval * np.arange(len(states)), states, bool(made.broke))
 
 
 # -- scenes: a model for each order in which joints may be declared ---------------------------------------------------
 
 # Another order is another tree with other cuts, so another model of the same machine, whose matrices are of another
 # pattern. What a solver does with a pattern must not matter in any of them.
-MOST_ORDERS = 64
-ANGLES = 4  # of the crank, at which states are compared
+MAX_ORDERS = 64
+COMPARED_ANGLES = 4  # of the crank, at which states are compared
 
 
-def declared_otherwise(scene: Scene) -> tuple[Invariance, ...]:
+def study_declaration_orders(scene: Scene) -> tuple[Invariance, ...]:
     """The invariances to settings of the solver over the orders of declaration, the worst model for each."""
     found: dict[str, list[Invariance]] = {change: [] for change in changes.SETTINGS}
-    for case, bench in _benches(scene):
-        for one in changes.settings_changed(bench):
+    for case, bench in _order_benches(scene):
+        for one in changes.solver_settings(bench):
             found[one.change].append(replace(one, case=case))
-    return tuple(_worst(ones) for ones in found.values() if ones)
+    return tuple(_worst_case(ones) for ones in found.values() if ones)
 
 
-def _worst(ones: list[Invariance]) -> Invariance:
-    broken = [one for one in ones if one.outcome is Kept.BROKEN]
+def _worst_case(ones: list[Invariance]) -> Invariance:
+    broken = [one for one in ones if one.outcome is InvarianceOutcome.BROKEN]
     worst = max(broken or ones, key=lambda one: one.over_bound or 0.0)
     return replace(worst, broken=len(broken), cases=len(ones))
 
 
-def _benches(scene: Scene) -> Iterator[tuple[str, changes.Bench]]:
+def _order_benches(scene: Scene) -> Iterator[tuple[str, changes.InvarianceBench]]:
     """Models of different text, with states on the exact motion at constant crank speed."""
     kinematics, mechanism = scene.kinematics, scene.kinematics.mechanism
     settings = MuJoCoSettings.tuned(scene, default_steps(scene))
     begin, turns = run_extent(scene, default_steps(scene), 1.0)
-    angles = begin + math.copysign(2.0 * math.pi * turns, scene.speed) * np.arange(ANGLES) / ANGLES
+    angles = begin + math.copysign(2.0 * math.pi * turns, scene.speed) * np.arange(COMPARED_ANGLES) / COMPARED_ANGLES
     poses, by_angle = kinematics.derivatives(angles, 1)
     random, seen = np.random.default_rng(1), set[str]()
-    for number in range(MOST_ORDERS):
+    for number in range(MAX_ORDERS):
         joints = list(mechanism.joints)
         if number:
             random.shuffle(joints)
@@ -144,14 +144,14 @@ def _benches(scene: Scene) -> Iterator[tuple[str, changes.Bench]]:
         seen.add(text)
         made = MuJoCoModel(tree, compile_mjcf(text))
         coordinates, rates = made.coordinates(poses), made.rates(poses, scene.speed * by_angle)
-        states = np.array([_state(made.model, *one) for one in zip(coordinates, rates, strict=True)])
+        states = np.array([_state_from(made.model, *one) for one in zip(coordinates, rates, strict=True)])
         yield (
             f"joints declared {', '.join(joint.name for joint in joints)}",
-            changes.Bench.of(made.model, (angles - begin) / scene.speed, states),
+            changes.InvarianceBench.from_states(made.model, (angles - begin) / scene.speed, states),
         )
 
 
-def _state(model: mujoco.MjModel, coordinates: Array, rates: Array) -> Array:
+def _state_from(model: mujoco.MjModel, coordinates: Array, rates: Array) -> Array:
     data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = coordinates, rates
     return state_of(model, data)

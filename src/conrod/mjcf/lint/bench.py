@@ -20,11 +20,11 @@ import numpy as np
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.mjcf.runs import Run, data_at, run
+from conrod.mjcf.runs import Run, data_at_state, run
 from conrod.own.models.loading import load_model
 
 # Changes of the observed positions below this share of their travel are none: what rounding makes of a run.
-UNCHANGED = 1e-9
+UNCHANGED_SHARE = 1e-9
 # The end tag, with nothing but comments behind it.
 END = re.compile(rb"</mujoco\s*>(\s|<!--(?:(?!-->).)*-->)*\Z", re.DOTALL)
 BOUNDLESS = 1e300  # stands for infinity, which JSON has not
@@ -47,32 +47,32 @@ class Document:
         if not (end := END.search(self._content)):
             raise InvalidInput(f"{path}: it is no MJCF: it does not end with </mujoco>; mj_saveLastXML writes MJCF")
         self._end = end.start()
-        if other := self.otherwise(self.folder):
+        if other := self.recompile_difference(self.folder):
             raise InvalidInput(f"{path}: compiled from its text it is another model ({other})")
 
-    def text(self, edits: Sequence[str]) -> bytes:
+    def text_with(self, edits: Sequence[str]) -> bytes:
         """The file with edits at its end."""
         lines = "".join(f"  {edit}\n" for edit in edits)
         return self._content[: self._end] + lines.encode() + self._content[self._end :]
 
-    def otherwise(self, folder: Path, edits: Sequence[str] = ()) -> str:
+    def recompile_difference(self, folder: Path, edits: Sequence[str] = ()) -> str:
         """Differences of the model with edits when it is compiled from a folder; empty if there are none."""
         try:
-            return differing(self.compiled(edits) if edits else self.model, self.compiled(edits, folder))
+            return first_difference(self.compile_with(edits) if edits else self.model, self.compile_with(edits, folder))
         except ValueError as error:
             return " ".join(str(error).split())
 
-    def compiled(self, edits: Sequence[str], folder: Path | None = None) -> mujoco.MjModel:
+    def compile_with(self, edits: Sequence[str], folder: Path | None = None) -> mujoco.MjModel:
         """The model with edits, its includes and assets looked for from a folder.
 
         Raises:
             ValueError: it does not compile.
         """
         with contextlib.chdir(folder or self.folder), silence_warnings():
-            return mujoco.MjModel.from_xml_string(self.text(edits))
+            return mujoco.MjModel.from_xml_string(self.text_with(edits))
 
 
-def differing(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
+def first_difference(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
     """Name of the first array that two compiled models do not share, bit for bit, names apart; empty if none."""
     for name in dir(one):
         value = getattr(one, name)
@@ -87,7 +87,7 @@ def differing(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class LintBench:
     """Everything that rules ask of a model."""
 
     document: Document  # the file
@@ -97,15 +97,15 @@ class Bench:
     steps: int  # of the run
     keyframe: int | None  # index of the keyframe that the start is taken from; None where it is the model's own pose
 
-    def edited(self, edits: Sequence[str], steps: int | None = None) -> Bench:
+    def with_edits(self, edits: Sequence[str], steps: int | None = None) -> LintBench:
         """The model with further edits, for the same time; raises ValueError where they do not compile."""
         every = (*self.edits, *edits)
-        return replace(self, model=self.document.compiled(every), edits=every, steps=steps or self.steps)
+        return replace(self, model=self.document.compile_with(every), edits=every, steps=steps or self.steps)
 
     @cached_property
-    def finer(self) -> Bench:
+    def finer(self) -> LintBench:
         """The model with half its step."""
-        return self.edited((f'<option timestep="{0.5 * self.step!r}"/>',), 2 * self.steps)
+        return self.with_edits((f'<option timestep="{0.5 * self.step!r}"/>',), 2 * self.steps)
 
     @property
     def step(self) -> float:
@@ -118,16 +118,16 @@ class Bench:
         return run(self.model, self.start, self.steps)
 
     @cached_property
-    def openings(self) -> Array:
+    def constraint_violations(self) -> Array:
         """Opening (samples, neq) [m] of each equality."""
-        return self.run.openings(self.size)
+        return self.run.constraint_violations(self.size)
 
     # -- measures ----------------------------------------------------------------------------------------------------
 
     @cached_property
     def size(self) -> float:
         """Size of the machine [m]: the diagonal of the box about its moving bodies and their joints, at the start."""
-        data = data_at(self.model, self.start)
+        data = data_at_state(self.model, self.start)
         mujoco.mj_kinematics(self.model, data)
         moving = self.model.body_weldid > 0
         places = np.concatenate([data.xpos[moving], data.xipos[moving], data.xanchor])
@@ -136,7 +136,7 @@ class Bench:
 
     def change(self, edits: Sequence[str]) -> float:
         """The largest change of the observed positions that edits make, over the travel."""
-        return self.change_to(self.edited(edits).run)
+        return self.change_to(self.with_edits(edits).run)
 
     def change_to(self, other: Run) -> float:
         """The same of another run; beyond all bounds where one of the two broke earlier."""
@@ -145,5 +145,5 @@ class Bench:
             return BOUNDLESS
         largest = float(np.linalg.norm(one - other.points, axis=2).max()) if one.size else 0.0
         # What stands has no travel.
-        share = largest / (self.run.travel if self.run.travel > UNCHANGED * self.size else self.size)
+        share = largest / (self.run.travel if self.run.travel > UNCHANGED_SHARE * self.size else self.size)
         return share if math.isfinite(share) else BOUNDLESS

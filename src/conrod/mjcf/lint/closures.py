@@ -16,49 +16,56 @@ from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.mjcf.anchors import parts_apart
-from conrod.mjcf.equalities import close_loops, closure_name, handles, openings, owners, ties_bodies
-from conrod.mjcf.lint.bench import UNCHANGED, Bench
+from conrod.mjcf.equalities import (
+    close_loops,
+    closure_name,
+    constraint_violations,
+    handle_indices,
+    row_equalities,
+    ties_bodies,
+)
+from conrod.mjcf.lint.bench import UNCHANGED_SHARE, LintBench
 from conrod.mjcf.lint.findings import Finding, Severity
-from conrod.mjcf.runs import data_at, run, state_of
-from conrod.own.models.loading import listed, name_or_number
-from conrod.own.models.request import AJAR
+from conrod.mjcf.runs import data_at_state, run, state_of
+from conrod.own.models.loading import list_names, name_or_number
+from conrod.own.models.request import MIN_NAMED_OPENING
 
 # -- softness --------------------------------------------------------------------------------------------------------
 
 # Of the machine's size. A bearing's play is a ten-thousandth of a small machine (30 micrometres in 0.3 m): closures
 # that give way by more are worse than a real joint.
-PLAY = 1e-4
+MAX_BEARING_PLAY = 1e-4
 # A closure that opens ten times less when it is made stiff opens because it was soft, and for no other reason.
-TENFOLD = 0.1
+MAX_STIFF_RATIO = 0.1
 REFINEMENTS = 3  # halvings of the step; where a stiff closure still opens then, it is not the softness that is seen
 # Time constants [steps] at which conrod's preset `tuned` closes loops: RK4 loses its order below.
 STIFF_STEPS = {int(mujoco.mjtIntegrator.mjINT_RK4): 8.0}
-LEAST_STEPS = 2.0  # MuJoCo admits no less
+MIN_TIME_CONSTANT_STEPS = 2.0  # MuJoCo admits no less
 
 
-def soft_closure(bench: Bench) -> Iterator[Finding]:
+def soft_closure(bench: LintBench) -> Iterator[Finding]:
     """Closures that give way, stock softness above all."""
-    opened, finer = _worst(bench), bench
-    dragged = handles(bench.model)  # by hand, and meant to give way
-    wide = [k for k in range(bench.model.neq) if opened[k] > PLAY * bench.size and k not in dragged]
+    opened, finer = _largest_violations(bench), bench
+    dragged = handle_indices(bench.model)  # by hand, and meant to give way
+    wide = [k for k in range(bench.model.neq) if opened[k] > MAX_BEARING_PLAY * bench.size and k not in dragged]
     # With few steps a turn a stiff closure opens as well, by what the step leaves: looked at again with finer ones.
     for _ in range(REFINEMENTS + 1):
-        stiffened = _stiffened(finer, wide)
+        stiffened = _stiffen(finer, wide)
         if not wide or stiffened.run.broke:
             return
-        before, after = _worst(finer), _worst(stiffened)
-        soft = [index for index in wide if after[index] <= TENFOLD * before[index]]
+        before, after = _largest_violations(finer), _largest_violations(stiffened)
+        soft = [index for index in wide if after[index] <= MAX_STIFF_RATIO * before[index]]
         if soft:
-            yield _give(bench, finer, soft, before, after)
+            yield _compliance_finding(bench, finer, soft, before, after)
             return
-        wide = [index for index in wide if before[index] > PLAY * bench.size]
+        wide = [index for index in wide if before[index] > MAX_BEARING_PLAY * bench.size]
         finer = finer.finer
 
 
-def _give(bench: Bench, finer: Bench, soft: list[int], before: Array, after: Array) -> Finding:
+def _compliance_finding(bench: LintBench, finer: LintBench, soft: list[int], before: Array, after: Array) -> Finding:
     """Closures that give way, as a finer step shows it: openings [m] before and after they are made stiff."""
     model, worst = bench.model, max(soft, key=lambda index: before[index])
-    stiff = _stiffened(bench, soft)
+    stiff = _stiffen(bench, soft)
     solref, solimp = (
         " ".join(f"{v:.6g}" for v in values[worst]) for values in (stiff.model.eq_solref, stiff.model.eq_solimp)
     )
@@ -80,46 +87,46 @@ def _give(bench: Bench, finer: Bench, soft: list[int], before: Array, after: Arr
     )
 
 
-def _stiffened(bench: Bench, closures: list[int]) -> Bench:
+def _stiffen(bench: LintBench, closures: list[int]) -> LintBench:
     """The model with closures as stiff as a file can make them."""
     model = copy.copy(bench.model)
-    steps = STIFF_STEPS.get(int(model.opt.integrator), LEAST_STEPS)
+    steps = STIFF_STEPS.get(int(model.opt.integrator), MIN_TIME_CONSTANT_STEPS)
     for index in closures:
         model.eq_solref[index], model.eq_solimp[index] = (steps * bench.step, 1.0), STIFF_SOLIMP
     return replace(bench, model=model)
 
 
-def _worst(bench: Bench) -> Array:
+def _largest_violations(bench: LintBench) -> Array:
     """The widest opening (neq,) [m] of each; where one is open at the start, after the first quarter of the run."""
-    found = bench.openings
+    found = bench.constraint_violations
     settled = found[len(found) // 4 :].max(axis=0)
-    return np.asarray(np.where(found[0] <= PLAY * bench.size, found.max(axis=0), settled))
+    return np.asarray(np.where(found[0] <= MAX_BEARING_PLAY * bench.size, found.max(axis=0), settled))
 
 
 # -- the start -------------------------------------------------------------------------------------------------------
 
-CLOSED = 1e-13  # of the machine's size
+CLOSING_TOLERANCE = 1e-13  # of the machine's size
 
 
-def open_start(bench: Bench) -> Iterator[Finding]:
+def open_start(bench: LintBench) -> Iterator[Finding]:
     """A start pose that leaves a loop open."""
-    model, data = bench.model, data_at(bench.model, bench.start)
+    model, data = bench.model, data_at_state(bench.model, bench.start)
     mujoco.mj_forward(model, data)
-    opened = openings(model, data, bench.size)
-    dragged = handles(model)  # what drags by hand may begin where the hand is
+    opened = constraint_violations(model, data, bench.size)
+    dragged = handle_indices(model)  # what drags by hand may begin where the hand is
     opened[list(dragged)] = 0.0
-    ajar = [index for index in range(model.neq) if opened[index] > AJAR * bench.size]
+    ajar = [index for index in range(model.neq) if opened[index] > MIN_NAMED_OPENING * bench.size]
     if not ajar:
         return
-    closed = data_at(model, bench.start)
+    closed = data_at_state(model, bench.start)
     change, fix = None, "lengths or places of the closures: no pose closes them"
-    if close_loops(model, closed, CLOSED * bench.size):
+    if close_loops(model, closed, CLOSING_TOLERANCE * bench.size):
         change = bench.change_to(run(model, state_of(model, closed), bench.steps))
         fix = f'qpos="{" ".join(f"{value:.15g}" for value in closed.qpos)}"'
     names = tuple(closure_name(model, index) for index in ajar)
     yield Finding(
         subjects=names,
-        what=f"the start pose leaves loops open: {listed(names)} by up to {1e3 * opened.max():.3g} mm",
+        what=f"the start pose leaves loops open: {list_names(names)} by up to {1e3 * opened.max():.3g} mm",
         severity=Severity.ERROR,
         evidence={
             "opening [m]": float(opened.max()),
@@ -134,7 +141,7 @@ def open_start(bench: Bench) -> Iterator[Finding]:
 # -- parts that do not meet ------------------------------------------------------------------------------------------
 
 
-def parts_do_not_meet(bench: Bench) -> Iterator[Finding]:
+def parts_do_not_meet(bench: LintBench) -> Iterator[Finding]:
     """A connect or weld between bodies that holds parts which do not meet."""
     for one in parts_apart(bench.model):
         made = "the anchor on the second body" if one.kind == "connect" else "the relative pose"
@@ -152,17 +159,19 @@ def parts_do_not_meet(bench: Bench) -> Iterator[Finding]:
 
 # -- closures that are too many --------------------------------------------------------------------------------------
 
-POSES = 5  # of the run
+CHECKED_POSES = 5  # of the run
 
 
-def redundant_closure(bench: Bench) -> Iterator[Finding]:
+def redundant_closure(bench: LintBench) -> Iterator[Finding]:
     """Closures that say what others say."""
     states, model, looks = bench.run.states, bench.model, list[tuple[NDArray[np.int_], Array]]()
-    for state in states[:: max(1, len(states) // POSES)]:
-        data = data_at(model, state)
-        close_loops(model, data, CLOSED * bench.size)  # or as nearly as loops that contradict each other can be
+    for state in states[:: max(1, len(states) // CHECKED_POSES)]:
+        data = data_at_state(model, state)
+        close_loops(
+            model, data, CLOSING_TOLERANCE * bench.size
+        )  # or as nearly as loops that contradict each other can be
         if np.isfinite(data.qpos).all():
-            looks.append((owners(data), equality_jacobian(model, data)))
+            looks.append((row_equalities(data), equality_jacobian(model, data)))
     # Rows of one closure may repeat each other, as across the plane in which all moves: they are counted once.
     spare = [sum(_rank(rows, ids == k) for k in {*ids.tolist()}) - _rank(rows) for ids, rows in looks]
     if (redundant := min(spare, default=0)) <= 0:
@@ -174,14 +183,14 @@ def redundant_closure(bench: Bench) -> Iterator[Finding]:
     names = tuple(closure_name(model, index) for index in gone or every)
     finding = Finding(
         subjects=names,
-        what=f"{redundant} rows of the closures ({listed(names)}) say what others say",
+        what=f"{redundant} rows of the closures ({list_names(names)}) say what others say",
         severity=Severity.NOTE,
         evidence={"redundant": redundant, "rank": _rank(looks[0][1])},
         why="forces are shared between rows that say the same: their reactions mean nothing, and where they do not "
         "agree to the last digit they fight",
         fix="tie each pin at one point, or let the bodies move in the plane of the machine only",
     )
-    what, fix = f"without {listed(names)} the closures hold what they hold", f"leave out {listed(names)}"
+    what, fix = f"without {list_names(names)} the closures hold what they hold", f"leave out {list_names(names)}"
     yield replace(finding, what=what, fix=fix) if gone else finding
 
 
@@ -194,11 +203,11 @@ def _rank(rows: Array, some: NDArray[np.bool_] | slice = slice(None)) -> int:
 
 # Links that a pin holds together and that touch in nearly every step overlap whatever the pin does: a mechanical stop,
 # or a foot on the ground, lets go.
-ALWAYS = 0.9
+MIN_CONTACT_SHARE = 0.9
 TURNING = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_BALL))
 
 
-def joined_links_collide(bench: Bench) -> Iterator[Finding]:
+def joined_links_collide(bench: LintBench) -> Iterator[Finding]:
     """Geoms of links that collide where a hinge, connect or weld joins them."""
     model = bench.model
     declared = {tuple(sorted(pair)) for pair in zip(model.pair_geom1.tolist(), model.pair_geom2.tolist(), strict=True)}
@@ -209,11 +218,11 @@ def joined_links_collide(bench: Bench) -> Iterator[Finding]:
             steps[first, second] = max(steps.get((first, second), 0), count)
     for bodies, count in steps.items():
         joint = _joint_between(model, *bodies)
-        if joint and count >= ALWAYS * bench.run.steps:
-            yield _overlap(bench, bodies, joint, count)
+        if joint and count >= MIN_CONTACT_SHARE * bench.run.steps:
+            yield _overlap_finding(bench, bodies, joint, count)
 
 
-def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> Finding:
+def _overlap_finding(bench: LintBench, bodies: tuple[int, int], joint: str, count: int) -> Finding:
     names = (name_or_number(bench.model, "body", bodies[0]), name_or_number(bench.model, "body", bodies[1]))
     finding = Finding(
         subjects=names,
@@ -227,7 +236,7 @@ def _overlap(bench: Bench, bodies: tuple[int, int], joint: str, count: int) -> F
         return finding
     edit = f"<contact><exclude body1={quoteattr(names[0])} body2={quoteattr(names[1])}/></contact>"
     change = bench.change((edit,))
-    if change <= UNCHANGED:
+    if change <= UNCHANGED_SHARE:
         return replace(finding, edits=(edit,), safe=True, change=change)
     # Where the motion changes, somebody has to say which of the two was meant.
     return replace(finding, edits=(edit,), severity=Severity.ERROR, change=change)

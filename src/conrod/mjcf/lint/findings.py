@@ -13,7 +13,7 @@ from typing import Any
 from urllib.parse import quote
 from xml.parsers import expat
 
-from conrod.errors import COMMANDING
+from conrod.errors import COMMANDING_CHARACTERS
 from conrod.runs.plain_values import json_document, plain_values
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -51,7 +51,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Fixed:
+class FixedModel:
     """A model with the safe edits made."""
 
     text: bytes = b""  # of the file; empty where there was nothing to do safely
@@ -67,7 +67,7 @@ class Report:
     run: str  # what was run, in a sentence
     findings: tuple[Finding, ...]  # the most harmful first
     notes: tuple[str, ...] = ()  # how a step or a solver that is wrong changed the judging of the rest
-    fixed: Fixed | None = None  # None unless it was asked for
+    fixed: FixedModel | None = None  # None unless it was asked for
 
     def document(self) -> dict[str, Any]:
         """All but the text of the fixed model as plain values."""
@@ -83,7 +83,7 @@ class Report:
 
 def sarif(report: Report) -> str:
     """A SARIF log of one run, as code scanning of GitHub, GitLab, Azure and editors read it."""
-    path, lines = Path(report.model), _lines_of(Path(report.model))
+    path, lines = Path(report.model), _element_lines(Path(report.model))
     uri = path.as_uri() if path.is_absolute() else quote(path.as_posix())
     rules = {one.rule: one.why for one in report.findings}
     results = [
@@ -92,7 +92,12 @@ def sarif(report: Report) -> str:
             "level": one.severity.value,
             "message": {"text": "\n".join((one.what, one.why, f"fix: {one.fix}", *one.edits))},
             "locations": [
-                {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": {"startLine": _line(one, lines)}}}
+                {
+                    "physicalLocation": {
+                        "artifactLocation": {"uri": uri},
+                        "region": {"startLine": _line_of_finding(one, lines)},
+                    }
+                }
             ],
         }
         for one in report.findings
@@ -100,23 +105,23 @@ def sarif(report: Report) -> str:
     described: list[Any] = [{"id": rule, "shortDescription": {"text": why}} for rule, why in rules.items()]
     tool = {"driver": {"name": "conrod lint", "version": version("conrod"), "rules": described}}
     log = {"$schema": SARIF, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]}
-    return json_document(in_sarif(log))
+    return json_document(without_commanding_characters(log))
 
 
-def in_sarif(values: Any) -> Any:
+def without_commanding_characters(values: Any) -> Any:
     """A log whose texts other programs show, without what commands them."""
     match values:
         case str():
-            return "\r\n".join(line.translate(COMMANDING) for line in values.split("\r\n"))
+            return "\r\n".join(line.translate(COMMANDING_CHARACTERS) for line in values.split("\r\n"))
         case dict():
-            return {key: in_sarif(value) for key, value in values.items()}
+            return {key: without_commanding_characters(value) for key, value in values.items()}
         case list() | tuple():
-            return [in_sarif(value) for value in values]
+            return [without_commanding_characters(value) for value in values]
         case _:
             return values
 
 
-def _lines_of(path: Path) -> dict[str, int]:
+def _element_lines(path: Path) -> dict[str, int]:
     """Line of the first element of each name, and of each kind, as `<option`; of the file itself, not of includes."""
     parser, lines = expat.ParserCreate(), dict[str, int]()
 
@@ -131,7 +136,7 @@ def _lines_of(path: Path) -> dict[str, int]:
     return lines
 
 
-def _line(finding: Finding, lines: Mapping[str, int]) -> int:
+def _line_of_finding(finding: Finding, lines: Mapping[str, int]) -> int:
     """Line of what a finding is about; of the model where that stands nowhere in the file."""
     sections = [section[0] for edit in finding.edits if (section := re.match(r"<\w+", edit))]
     return next((lines[key] for key in (*finding.subjects, *sections, "<mujoco") if key in lines), 1)

@@ -11,14 +11,14 @@ import mujoco
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mjcf.lint import closures, stepping
-from conrod.mjcf.lint.bench import Bench, Document
-from conrod.mjcf.lint.findings import Finding, Fixed, Report, Severity
-from conrod.mjcf.runs import about, state_of
+from conrod.mjcf.lint.bench import Document, LintBench
+from conrod.mjcf.lint.findings import Finding, FixedModel, Report, Severity
+from conrod.mjcf.runs import state_of, user_model_errors
 from conrod.own.models.loading import check_finite, data_at_start, start_words
 from conrod.own.models.request import Controls
 from conrod.runs.other_forces import acting_sentences
 
-Rule = Callable[[Bench], Iterator[Finding]]
+Rule = Callable[[LintBench], Iterator[Finding]]
 STEP, SOLVER = "step-too-long", "solver-stops-early"
 # Each looks at a model on the bench; its docstring is what it finds, as in docs/lint.md.
 RULES: Mapping[str, Rule] = {
@@ -34,7 +34,7 @@ RULES: Mapping[str, Rule] = {
 }
 NEED_A_RUN = (SOLVER, "soft-closure")  # that holds together
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
-MOST_STEPS = 1_000_000
+MAX_STEPS = 1_000_000
 
 
 def lint(
@@ -63,16 +63,18 @@ def lint(
         if name not in RULES:
             raise unknown_choice("rule", name, RULES)
     document = Document(path)
-    with about(path):
-        bench, run = prepared(document, keyframe, seconds, controls)
-        findings, notes, steady = judged(bench, ignored)
+    with user_model_errors(path):
+        bench, run = prepare_bench(document, keyframe, seconds, controls)
+        findings, notes, steady = judge_rules(bench, ignored)
         engine, acting = f"MuJoCo {mujoco.__version__}", bench.run.acting
         notes = (*notes, *acting_sentences(acting, engine, "in its own run", judged=False))
         fixed = None if fix_folder is None else fix(steady, findings, fix_folder)
         return Report(str(path), run, findings, notes, fixed)
 
 
-def prepared(document: Document, keyframe: str | None, seconds: float | None, controls: Controls) -> tuple[Bench, str]:
+def prepare_bench(
+    document: Document, keyframe: str | None, seconds: float | None, controls: Controls
+) -> tuple[LintBench, str]:
     """The model on the bench, as it was asked for, and its run in a sentence."""
     model = document.model
     check_finite(model)
@@ -81,14 +83,14 @@ def prepared(document: Document, keyframe: str | None, seconds: float | None, co
     data, index = data_at_start(model, keyframe, controls)
     step = float(model.opt.timestep)
     steps = DEFAULT_STEPS if seconds is None else max(2, math.ceil(seconds / step))
-    if steps > MOST_STEPS:
-        raise InvalidInput(f"{seconds:g} s are {steps} steps of {step:g} s: at most {MOST_STEPS}")
+    if steps > MAX_STEPS:
+        raise InvalidInput(f"{seconds:g} s are {steps} steps of {step:g} s: at most {MAX_STEPS}")
     kind, start = "an actuated" if data.ctrl.any() else "a free", start_words(model, index, data.ctrl)
-    bench = Bench(document, model, (), state_of(model, data), steps, index)
+    bench = LintBench(document, model, (), state_of(model, data), steps, index)
     return bench, f"{kind} run of {steps} steps of {step:g} s from {start}"
 
 
-def judged(bench: Bench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], tuple[str, ...], Bench]:
+def judge_rules(bench: LintBench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], tuple[str, ...], LintBench]:
     """Findings of all rules, the worst first, notes, and the bench of most: what a step does is laid to it alone."""
     longest = stepping.longest_stable(bench)
     steady, notes, findings = bench, list[str](), list[Finding]()
@@ -105,12 +107,12 @@ def judged(bench: Bench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], t
         findings += found
         if name == SOLVER and found:
             notes.append("the rules after it are judged with the solver as it should be")
-            solved = steady.edited(found[0].edits)
+            solved = steady.with_edits(found[0].edits)
     findings.sort(key=lambda finding: (list(Severity).index(finding.severity), -(finding.change or 0.0)))
     return tuple(findings), tuple(notes), steady
 
 
-def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
+def fix(bench: LintBench, findings: tuple[Finding, ...], folder: Path) -> FixedModel:
     """The model with the safe edits of all findings, as a file of a folder.
 
     Raises:
@@ -118,9 +120,9 @@ def fix(bench: Bench, findings: tuple[Finding, ...], folder: Path) -> Fixed:
     """
     edits = tuple(edit for finding in findings if finding.safe for edit in finding.edits)
     if not edits:
-        return Fixed()
+        return FixedModel()
     document = bench.document
-    if other := document.otherwise(folder, edits):
+    if other := document.recompile_difference(folder, edits):
         raise InvalidInput(f"--fix: write it into {document.folder}, beside the model: elsewhere it differs ({other})")
     comment = "<!-- With these changes by the lint command of conrod: -->"
-    return Fixed(document.text((comment, *edits)), edits, bench.change(edits))
+    return FixedModel(document.text_with((comment, *edits)), edits, bench.change(edits))

@@ -10,20 +10,20 @@ import numpy as np
 
 from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
-from conrod.mjcf.lint.bench import UNCHANGED, Bench
+from conrod.mjcf.lint.bench import UNCHANGED_SHARE, LintBench
 from conrod.mjcf.lint.findings import Finding, Severity
-from conrod.mjcf.runs import data_at
+from conrod.mjcf.runs import data_at_state
 
 # -- the step --------------------------------------------------------------------------------------------------------
 
-HALVINGS = 6
+MAX_HALVINGS = 6
 # A run in which something gets this many times farther, or opens this many times wider, than in one with finer steps
 # is not a rough picture of the same motion.
-OUT_OF_HAND = 10.0
-OPEN = 0.1  # of the machine's size
+MAX_GROWTH = 10.0
+MAX_VIOLATION = 0.1  # of the machine's size
 
 
-def step_too_long(bench: Bench) -> Iterator[Finding]:
+def step_too_long(bench: LintBench) -> Iterator[Finding]:
     """A step above the longest stable one."""
     longest, step = longest_stable(bench), bench.step
     if longest is bench:
@@ -33,7 +33,7 @@ def step_too_long(bench: Bench) -> Iterator[Finding]:
         severity=Severity.ERROR,
         evidence={
             "step [s]": step,
-            "longest stable step [s]": longest.step if longest else f"none down to {step / 2**HALVINGS:.4g}",
+            "longest stable step [s]": longest.step if longest else f"none down to {step / 2**MAX_HALVINGS:.4g}",
             "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
             "the run ended by": bench.run.broke or "nothing",
         },
@@ -47,60 +47,65 @@ def step_too_long(bench: Bench) -> Iterator[Finding]:
     yield found
 
 
-def longest_stable(bench: Bench) -> Bench | None:
+def longest_stable(bench: LintBench) -> LintBench | None:
     """The model with the longest of its step, half of it, .. that is stable; None where none is."""
     trial = bench
-    for _ in range(HALVINGS):
-        if stable(trial, trial.finer):
+    for _ in range(MAX_HALVINGS):
+        if is_stable(trial, trial.finer):
             return trial
         trial = trial.finer
     return None
 
 
-def stable(bench: Bench, finer: Bench) -> bool:
+def is_stable(bench: LintBench, finer: LintBench) -> bool:
     """Return True where a run holds together, as one with finer steps over the same time does."""
     if bench.run.broke or finer.run.broke:
         return False
-    if bench.run.travel > OUT_OF_HAND * max(finer.run.travel, 1e-3 * finer.size):
+    if bench.run.travel > MAX_GROWTH * max(finer.run.travel, 1e-3 * finer.size):
         return False
-    wide, fine = (float(one.openings.max(initial=0.0)) for one in (bench, finer))
-    return wide <= max(OPEN * finer.size, OUT_OF_HAND * fine)
+    wide, fine = (float(one.constraint_violations.max(initial=0.0)) for one in (bench, finer))
+    return wide <= max(MAX_VIOLATION * finer.size, MAX_GROWTH * fine)
 
 
 # -- the solver ------------------------------------------------------------------------------------------------------
 
 # Of what the constraints have to do, in acceleration. Newton at MuJoCo's own tolerance of 1e-8 leaves 1e-6 or less.
-LEFT = 1e-3
+MAX_UNSOLVED_SHARE = 1e-3
 # A solver that fails at one pose has met a hard one; at one in twenty it is set wrongly.
-OFTEN = 0.05
+MIN_POSE_SHARE = 0.05
 # Of the travel: ten times the tolerance that MuJoCo solves to by default.
-MOVED = 1e-7
-ITERATIONS = 100  # MuJoCo's default; Newton takes two or three
-LOOKS = 40
+MIN_CHANGE = 1e-7
+MIN_ITERATIONS = 100  # MuJoCo's default; Newton takes two or three
+CHECKED_STATES = 40
 
 
-def solver_stops_early(bench: Bench) -> Iterator[Finding]:
+def solver_stops_early(bench: LintBench) -> Iterator[Finding]:
     """A solver tolerance that an armature makes void; too few iterations."""
     options = bench.model.opt
     wrong = {
         'tolerance="0"': options.tolerance > 0.0,
         'solver="Newton"': options.solver != mujoco.mjtSolver.mjSOL_NEWTON,
-        f'iterations="{ITERATIONS}"': options.iterations < ITERATIONS,
+        f'iterations="{MIN_ITERATIONS}"': options.iterations < MIN_ITERATIONS,
     }
     if not any(wrong.values()):
         return
     edit = f"<option {' '.join(text for text, is_wrong in wrong.items() if is_wrong)}/>"
-    states, solved = bench.run.states, bench.edited((edit,))
-    left = np.array([_left(bench.model, solved.model, state) for state in states[:: max(1, len(states) // LOOKS)]])
-    change = bench.change_to(solved.run) if len(left) and np.mean(left > LEFT) >= OFTEN else 0.0
-    if change <= MOVED:
+    states, solved = bench.run.states, bench.with_edits((edit,))
+    left = np.array(
+        [
+            _unsolved_share(bench.model, solved.model, state)
+            for state in states[:: max(1, len(states) // CHECKED_STATES)]
+        ]
+    )
+    change = bench.change_to(solved.run) if len(left) and np.mean(left > MAX_UNSOLVED_SHARE) >= MIN_POSE_SHARE else 0.0
+    if change <= MIN_CHANGE:
         return
     yield Finding(
         what="the solver stops before it is done, perhaps before its first iteration",
         severity=Severity.ERROR,
         evidence={
             "tolerance": float(options.tolerance),
-            "poses with work left": f"{int((left > LEFT).sum())} of {len(left)}",
+            "poses with work left": f"{int((left > MAX_UNSOLVED_SHARE).sum())} of {len(left)}",
             "largest share of the work left": float(left.max()),
             "mean inertia that the tolerance is scaled by": float(bench.model.stat.meaninertia),
         },
@@ -114,9 +119,9 @@ def solver_stops_early(bench: Bench) -> Iterator[Finding]:
     )
 
 
-def _left(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> float:
+def _unsolved_share(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> float:
     """Share of the constraints' work that is left at a state."""
-    own, exact = data_at(model, state), data_at(solved, state)
+    own, exact = data_at_state(model, state), data_at_state(solved, state)
     mujoco.mj_forward(model, own)
     mujoco.mj_forward(solved, exact)
     if not exact.nefc or own.nefc != exact.nefc:
@@ -131,10 +136,10 @@ def _left(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> float:
 # -- a run in which nothing happens ------------------------------------------------------------------------------------
 
 
-def nothing_moves(bench: Bench) -> Iterator[Finding]:
+def nothing_moves(bench: LintBench) -> Iterator[Finding]:
     """A run in which nothing moves, and which shows nothing."""
     run = bench.run
-    if run.broke or run.travel > UNCHANGED * bench.size:
+    if run.broke or run.travel > UNCHANGED_SHARE * bench.size:
         return
     command = "--ctrl NAME=VALUE commands a motion, " if bench.model.nu else ""
     yield Finding(
@@ -151,7 +156,7 @@ def nothing_moves(bench: Bench) -> Iterator[Finding]:
 # -- a model that starts again by itself -----------------------------------------------------------------------------
 
 
-def silent_reset(bench: Bench) -> Iterator[Finding]:
+def silent_reset(bench: LintBench) -> Iterator[Finding]:
     """Autoreset on."""
     if not (flag := compat.disable_bit("AUTORESET")) or int(bench.model.opt.disableflags) & flag:
         return

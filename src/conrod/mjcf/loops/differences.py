@@ -15,12 +15,12 @@ from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 
 # Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
-SAME = 1e-6
-STARTS = 60  # random poses, from which other branches are looked for
+NUMBER_TOLERANCE = 1e-6
+RANDOM_STARTS = 60  # random poses, from which other branches are looked for
 
 
 @dataclass(frozen=True)
-class Comparison:
+class MachineComparison:
     """A model against the machine that it is to be.
 
     Attributes:
@@ -45,10 +45,10 @@ class Comparison:
     loads: tuple[str, ...] = ()
 
 
-def compared(
+def compare_with_machine(
     name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, DriveLaw], held: tuple[str, ...],
     motion: SpatialMotion, inactive: Collection[str] = (),
-) -> Comparison:  # fmt: skip
+) -> MachineComparison:  # fmt: skip
     """A model's exact motion against a machine's, by the names of points, with what is different in numbers.
 
     Args:
@@ -64,29 +64,29 @@ def compared(
     if lacking:
         raise InvalidInput(f"{name} has no joint {lacking[0]}: {', '.join(j.name for j in machine.joints)}")
     driven = DrivenTree(machine, laws, held)
-    different = (*_other_zeros(model, machine, laws), *changes(model, machine, inactive))
+    different = (*_other_zeros(model, machine, laws), *list_differences(model, machine, inactive))
     kinds = any(_have_other_kinds(model, machine))
     try:
         driven.track_branch(driven.assemble_start(), float(motion.times[-1]))
     except InvalidInput:
-        return Comparison(name, None, "", different, other_kinds=kinds)
+        return MachineComparison(name, None, "", different, other_kinds=kinds)
     exact = driven.motion(motion.times, order=2)
-    off = {p: _apart(motion, exact, p) for p in points}
+    off = {p: _largest_distance(motion, exact, p) for p in points}
     worst = max(off, key=lambda point: off[point])
-    if off[worst] > SAME * machine.extent and _on_other_branch(driven, motion, exact):
-        return Comparison(name, off[worst], worst, (), True)
-    return Comparison(name, off[worst], worst, different, other_kinds=kinds)
+    if off[worst] > NUMBER_TOLERANCE * machine.extent and _on_other_branch(driven, motion, exact):
+        return MachineComparison(name, off[worst], worst, (), True)
+    return MachineComparison(name, off[worst], worst, different, other_kinds=kinds)
 
 
 def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMotion) -> bool:
     """True if a motion is the machine's from another pose that its loops close in, looked for from random poses."""
     machine, random = driven.tree, np.random.default_rng(1)
-    same = SAME * machine.extent
+    same = NUMBER_TOLERANCE * machine.extent
     start = {name: found.position[0] for name, found in motion.points.items() if name in machine.points}
     # Where it begins as the machine does it is on the same branch, however it goes on.
     if max(np.abs(exact.points[name].position[0] - place).max() for name, place in start.items()) < same:
         return False
-    for _ in range(STARTS):
+    for _ in range(RANDOM_STARTS):
         way = np.zeros((machine.freedom, 1))
         way[driven.free] = random.uniform(-np.pi, np.pi, (len(driven.free), 1))
         try:
@@ -99,18 +99,18 @@ def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMo
         except InvalidInput:
             continue
         found = driven.motion(motion.times, order=2)
-        return all(_apart(motion, found, name) < same for name in start)
+        return all(_largest_distance(motion, found, name) < same for name in start)
     return False
 
 
-def _apart(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
+def _largest_distance(one: SpatialMotion, other: SpatialMotion, point: str) -> float:
     return float(np.linalg.norm(one.points[point].position - other.points[point].position, axis=1).max())
 
 
 # -- numbers -----------------------------------------------------------------------------------------------------------
 
 
-def changes(model: SpatialTree, machine: SpatialTree, inactive: Collection[str] = ()) -> Iterator[str]:
+def list_differences(model: SpatialTree, machine: SpatialTree, inactive: Collection[str] = ()) -> Iterator[str]:
     """List the differences of a model from a machine, in words.
 
     Args:
@@ -139,9 +139,12 @@ def _other_zeros(model: SpatialTree, machine: SpatialTree, laws: Collection[str]
     for name in laws:
         mine, joint = own[name], theirs[name]
         one, two = model.bodies[mine.body], machine.bodies[joint.body]
-        if mine.kind == joint.kind == "hinge" and _angle(one.turn @ mine.axis, two.turn @ joint.axis) <= SAME:
-            off = _turn_between(one.turn, two.turn)
-            if off > SAME:
+        if (
+            mine.kind == joint.kind == "hinge"
+            and _angle(one.turn @ mine.axis, two.turn @ joint.axis) <= NUMBER_TOLERANCE
+        ):
+            off = _rotation_between(one.turn, two.turn)
+            if off > NUMBER_TOLERANCE:
                 yield f"{name} is at zero {np.degrees(off):.3g} deg from where the machine has it"
 
 
@@ -172,10 +175,10 @@ COUPLINGS = {"joint": "joint coupling", "tendon": "tendon coupling"}  # closures
 
 
 def _body_changes(body: SpatialBody, theirs: SpatialBody, parent: str, extent: float) -> Iterator[str]:
-    if np.abs(body.place - theirs.place).max() > SAME * extent:
-        yield _length(parent, body.name, body.place, theirs.place)
+    if np.abs(body.place - theirs.place).max() > NUMBER_TOLERANCE * extent:
+        yield _length_words(parent, body.name, body.place, theirs.place)
     rotates = any(joint.kind != "slide" for joint in (*body.joints, *theirs.joints))
-    if not rotates and (turned := _turn_between(body.turn, theirs.turn)) > SAME:
+    if not rotates and (turned := _rotation_between(body.turn, theirs.turn)) > NUMBER_TOLERANCE:
         yield f"{body.name} is turned by {np.degrees(turned):.3g} deg on {parent}"
     joints = {joint.name: joint for joint in body.joints}
     for joint in theirs.joints:
@@ -184,10 +187,13 @@ def _body_changes(body: SpatialBody, theirs: SpatialBody, parent: str, extent: f
             continue
         one, two = body.turn @ mine.axis, theirs.turn @ joint.axis
         tilt = _angle(one, two) if joint.kind in ("hinge", "slide") else 0.0
-        if tilt > SAME:
+        if tilt > NUMBER_TOLERANCE:
             yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off"
         # A slide moves its body alike wherever its anchor is.
-        if joint.kind != "slide" and (off := float(np.linalg.norm(mine.anchor - joint.anchor))) > SAME * extent:
+        if (
+            joint.kind != "slide"
+            and (off := float(np.linalg.norm(mine.anchor - joint.anchor))) > NUMBER_TOLERANCE * extent
+        ):
             yield f"{joint.name} is anchored {1e3 * off:.3g} mm off"
 
 
@@ -204,23 +210,23 @@ def _closure_changes(
         own, right_kind = (COUPLINGS.get(one.kind, one.kind) for one in (closure, theirs))
         yield f"closure {name} is a {own}, the machine has a {right_kind}"
         return
-    ends, right = _ends(model, closure), _ends(machine, theirs)
+    ends, right = _tied_ends(model, closure), _tied_ends(machine, theirs)
     if ends != right and ends != right[::-1]:
         yield f"{name} ties {' to '.join(ends)}, in the machine {' to '.join(right)}"
         return
     points = closure.points if ends == right else closure.points[::-1]
     for one, two in zip(points, theirs.points, strict=True):
-        if np.abs(one.offset - two.offset).max() > SAME * machine.extent:
-            yield _length(machine.bodies[two.body].name, name, one.offset, two.offset)
+        if np.abs(one.offset - two.offset).max() > NUMBER_TOLERANCE * machine.extent:
+            yield _length_words(machine.bodies[two.body].name, name, one.offset, two.offset)
     if closure.turn is not None and theirs.turn is not None:
         turn = closure.turn if ends == right else closure.turn.T
-        if (off := _turn_between(turn, theirs.turn)) > SAME:
+        if (off := _rotation_between(turn, theirs.turn)) > NUMBER_TOLERANCE:
             yield f"{name} holds its bodies turned by {np.degrees(off):.3g} deg from where the machine has them"
     if not closure.points and (closure.polynomial, closure.references) != (theirs.polynomial, theirs.references):
         yield f"{name} has another polynomial"
 
 
-def _ends(tree: SpatialTree, closure: SpatialClosure) -> tuple[str, ...]:
+def _tied_ends(tree: SpatialTree, closure: SpatialClosure) -> tuple[str, ...]:
     """Names of the two bodies, or of the two sums of joints with their factors, that a closure ties."""
     if closure.points:
         return tuple(tree.bodies[point.body].name for point in closure.points)
@@ -230,14 +236,14 @@ def _ends(tree: SpatialTree, closure: SpatialClosure) -> tuple[str, ...]:
     return tuple(one or "a constant" for one in words)
 
 
-def _turn_between(one: Array, two: Array) -> float:
+def _rotation_between(one: Array, two: Array) -> float:
     """Angle of the rotation from one rotation matrix (3, 3) to another [rad]."""
     return 2.0 * float(np.arcsin(min(np.linalg.norm(one - two) / 8.0**0.5, 1.0)))
 
 
-def _length(parent: str, name: str, place: Array, theirs: Array) -> str:
+def _length_words(parent: str, name: str, place: Array, theirs: Array) -> str:
     own, right = float(np.linalg.norm(place)), float(np.linalg.norm(theirs))
-    aside = np.linalg.norm(np.cross(place, theirs)) > SAME * max(own * right, 1e-300)
+    aside = np.linalg.norm(np.cross(place, theirs)) > NUMBER_TOLERANCE * max(own * right, 1e-300)
     if aside or right == 0.0:
         return f"{name} is {1e3 * float(np.linalg.norm(place - theirs)):.3g} mm off its place on {parent}"
     share = own / right - 1.0

@@ -19,7 +19,7 @@ from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.equalities import closure_name, openings, owners
+from conrod.mjcf.equalities import closure_name, constraint_violations, row_equalities
 from conrod.mjcf.force_watch import ForceWatch
 from conrod.own.models.loading import FoundPoint, name_or_number
 from conrod.runs.other_forces import OtherForce
@@ -27,14 +27,14 @@ from conrod.runs.trajectory import Outcome
 
 # Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
 # drive changes the joint's acceleration by one part in so many.
-FLYWHEEL = 1e12
+FLYWHEEL_RATIO = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
-RESET = "MuJoCo reset its state"
+RESET_REASON = "MuJoCo reset its state"
 
 
 @dataclass(frozen=True)
-class Recording:
+class LoopRecording:
     """A run at K samples, each read at one instant.
 
     Attributes:
@@ -51,7 +51,7 @@ class Recording:
     rates: Array
     accelerations: Array
     points: Mapping[str, Array]
-    gaps: Mapping[str, Array]
+    violations: Mapping[str, Array]
     drives: Mapping[str, Array]
     reactions: Mapping[str, Array]
     outcome: Outcome
@@ -59,7 +59,7 @@ class Recording:
     acting: tuple[OtherForce, ...] = ()
 
 
-def start_state(data: mujoco.MjData, motion: SpatialMotion, at: int = 0) -> None:
+def set_exact_state(data: mujoco.MjData, motion: SpatialMotion, at: int = 0) -> None:
     """Put the exact coordinates and rates of a sample into data."""
     data.qpos[:], data.qvel[:] = motion.coordinates[:, at], motion.rates[0, :, at]
 
@@ -72,7 +72,7 @@ class Drives:
         self.joints = list(zip(machine.driven, machine.laws.values(), strict=True))
         self.held = [joint for joint in machine.tree.joints if joint.name in machine.held]
         inertia = float(model.body_mass.sum()) * (machine.tree.extent**2)
-        self.armature = FLYWHEEL * max(inertia, float(model.dof_M0.max(initial=1e-9)))
+        self.armature = FLYWHEEL_RATIO * max(inertia, float(model.dof_M0.max(initial=1e-9)))
         driven = [np.arange(model.nv)[joint.rates] for joint in (*machine.driven, *self.held)]
         set_armature(model, np.concatenate(driven).tolist(), self.armature)
 
@@ -86,7 +86,7 @@ class Drives:
             data.qpos[joint.coordinates] = self.machine.knots[0].coordinates[joint.coordinates, 0]
 
     @contextmanager
-    def acting(self) -> Iterator[None]:
+    def pushing_flywheels(self) -> Iterator[None]:
         """MuJoCo asks for the forces that accelerate the flywheels at each stage of a step.
 
         Where the model switches actuation off MuJoCo asks for no control, but for passive forces all the same.
@@ -111,7 +111,7 @@ class Drives:
 def driven_run(
     machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int,
     *, carried: bool = True, touching: tuple[int, int] | None = None,
-) -> Recording:  # fmt: skip
+) -> LoopRecording:  # fmt: skip
     """Run a model through its exact motion's times, a sample each `every` steps.
 
     Args:
@@ -122,7 +122,7 @@ def driven_run(
     original, model = model, copy.copy(model)
     model.opt.disableflags |= compat.disable_bit("AUTORESET")
     drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
-    start_state(data, motion)
+    set_exact_state(data, motion)
     step, joined = float(model.opt.timestep), list[str]()
 
     def forces(aside: mujoco.MjData) -> tuple[Array, Array]:
@@ -131,8 +131,8 @@ def driven_run(
         joined[:] = rows
         return torques, np.array([by_row[own[:3]] for own in rows.values()])
 
-    with drives.acting():
-        run, seen = recorded(
+    with drives.pushing_flywheels():
+        run, seen = record_run(
             machine.tree, model, data, points, motion.times, every, lambda done: drives.write(data, done * step),
             forces if carried else lambda _: (), touching,
         )  # fmt: skip
@@ -146,11 +146,11 @@ def driven_run(
     )
 
 
-def recorded(
+def record_run(
     tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, points: tuple[FoundPoint, ...], times: Array,
     every: int = 1, act: Callable[[int], None] = lambda _: None,
     more: Callable[[mujoco.MjData], tuple[Array, ...]] = lambda _: (), touching: tuple[int, int] | None = None,
-) -> tuple[Recording, list[Array]]:  # fmt: skip
+) -> tuple[LoopRecording, list[Array]]:  # fmt: skip
     """Run a model from a state through times (K,), a sample each `every` steps, and what else is seen at each.
 
     It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
@@ -159,20 +159,20 @@ def recorded(
     with silence_warnings():
         for k in range(len(times)):
             if k:
-                reason = advanced(model, data, range((k - 1) * every, k * every), act, watch)
+                reason = advance(model, data, range((k - 1) * every, k * every), act, watch)
             if reason:
                 break
-            look_at(model, data, aside)
+            forward_copy(model, data, aside)
             watch.sample(aside)
             motion = np.array([point.motion(model, aside) for point in points])
-            gaps = gaps_of(tree, model, aside)
+            gaps = closure_violations(tree, model, aside)
             state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
             rows.append((*state, motion, np.array(list(gaps.values())), *more(aside)))
     if not reason and not np.all(np.isfinite(rows[-1][3])):
         reason = f"not finite at {float(data.time):.4g} s"
     coordinates, rates, accelerations, moved, opened, *seen = (np.array(column) for column in zip(*rows, strict=True))
-    outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
-    return Recording(
+    outcome = Outcome.RESET if reason.startswith(RESET_REASON) else Outcome.DIVERGED
+    return LoopRecording(
         times[: len(rows)], coordinates.T, rates.T, accelerations.T,
         {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
         dict(zip(gaps, opened.T, strict=True)), {}, {}, outcome if reason else Outcome.COMPLETED, reason,
@@ -180,7 +180,7 @@ def recorded(
     ), seen  # fmt: skip
 
 
-def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
+def forward_copy(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
     """Make position, velocity and acceleration of the present instant in another data object.
 
     What `mj_step` leaves of them does not belong together, under RK4 least of all. The run goes on to the last bit as
@@ -193,26 +193,26 @@ def look_at(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) ->
     mujoco.mj_rnePostConstraint(model, aside)
 
 
-def advanced(
+def advance(
     model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None], watch: ForceWatch
 ) -> str:
     """Make some steps of a run, watch each and act after it, by its number; why it breaks off, or nothing."""
     for k in steps:
         mujoco.mj_step(model, data)
-        if reason := broken_off(model, data):
+        if reason := break_off_reason(model, data):
             return f"{reason} at {(k + 1) * float(model.opt.timestep):.4g} s"
         watch.step(data)
         act(k + 1)
     return ""
 
 
-def broken_off(model: mujoco.MjModel, data: mujoco.MjData) -> str:
+def break_off_reason(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     """Why a run's numbers mean nothing any more, empty where they do."""
     bad = bad_number_warnings(data)
     if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
         return ""
     reset = bool(bad) and not model.opt.disableflags & compat.disable_bit("AUTORESET")
-    return (RESET if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
+    return (RESET_REASON if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
 
 
 def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArray[np.intp]]:
@@ -222,13 +222,13 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
     return {closure_name(model, int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
 
 
-def gaps_of(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+def closure_violations(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
     """Opening of each acting closure [m], an angle by what it is at the machine's extent."""
-    found = openings(model, data, tree.extent)
-    return {closure_name(model, k): float(found[k]) for k in dict.fromkeys(owners(data).tolist())}
+    found = constraint_violations(model, data, tree.extent)
+    return {closure_name(model, k): float(found[k]) for k in dict.fromkeys(row_equalities(data).tolist())}
 
 
-def opens(gaps: Mapping[str, float]) -> str:
+def widest_opening_words(gaps: Mapping[str, float]) -> str:
     """The closure that is furthest open, in words."""
     worst = max(gaps, key=lambda name: gaps[name])
     return f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"

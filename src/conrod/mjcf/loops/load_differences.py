@@ -11,10 +11,10 @@ import numpy as np
 
 from conrod.exact.space import SpatialBody, SpatialTree
 
-SAME = 1e-5  # share by which numbers of a file with six digits, and products of them, may differ
+LOAD_TOLERANCE = 1e-5  # share by which numbers of a file with six digits, and products of them, may differ
 
 
-def load_changes(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
+def list_load_differences(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
     """Masses, centres of gravity, inertias, damping and gravity that a model has otherwise, in words."""
     if _differs(model.gravity, machine.gravity):
         own, theirs = (" ".join(f"{value:.6g}" for value in tree.gravity) for tree in (model, machine))
@@ -36,7 +36,7 @@ def load_changes(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
 def _body_changes(body: SpatialBody, theirs: SpatialBody, extent: float) -> Iterator[str]:
     if _differs(body.mass, theirs.mass):
         yield f"{body.name} has {body.mass:.6g} kg instead of {theirs.mass:.6g} kg"
-    if (off := float(np.linalg.norm(body.centre - theirs.centre))) > SAME * extent:
+    if (off := float(np.linalg.norm(body.centre - theirs.centre))) > LOAD_TOLERANCE * extent:
         yield f"the centre of gravity of {body.name} is {1e3 * off:.3g} mm off"
     if _differs(body.inertia, theirs.inertia):
         yield f"{body.name} has another inertia about its centre of gravity"
@@ -45,4 +45,4 @@ def _body_changes(body: SpatialBody, theirs: SpatialBody, extent: float) -> Iter
 def _differs(one: object, other: object) -> bool:
     """True if numbers, or arrays of one shape, differ by more than rounding of the largest."""
     a, b = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
-    return bool(np.abs(a - b).max() > SAME * max(np.abs(a).max(), np.abs(b).max()))
+    return bool(np.abs(a - b).max() > LOAD_TOLERANCE * max(np.abs(a).max(), np.abs(b).max()))

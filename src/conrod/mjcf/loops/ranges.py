@@ -13,8 +13,8 @@ from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.motion import DrivenTree
 
-TRIED = 60  # poses at random inside the ranges, where the start moved into them leads to no closed pose inside
-INSIDE = 1e-9  # [rad or m], by which a joint may be beyond its range: rounding
+RANDOM_POSES = 60  # poses at random inside the ranges, where the start moved into them leads to no closed pose inside
+RANGE_TOLERANCE = 1e-9  # [rad or m], by which a joint may be beyond its range: rounding
 
 
 def joints_outside(tree: SpatialTree, coordinates: Array) -> Iterator[SpatialJoint]:
@@ -22,7 +22,7 @@ def joints_outside(tree: SpatialTree, coordinates: Array) -> Iterator[SpatialJoi
     for joint in tree.loop_joints:
         if joint.range is not None and joint.kind in ("hinge", "slide"):
             low, high = joint.range
-            if not low - INSIDE <= coordinates[joint.coordinate] <= high + INSIDE:
+            if not low - RANGE_TOLERANCE <= coordinates[joint.coordinate] <= high + RANGE_TOLERANCE:
                 yield joint
 
 
@@ -57,7 +57,7 @@ def closed_pose_inside(machine: DrivenTree) -> Array | None:
     clamped = tree.start[:, None].copy()
     for joint in joints_outside(tree, tree.start):
         clamped[joint.coordinate] = np.clip(clamped[joint.coordinate], *joint.range or ())
-    for k in range(TRIED):
+    for k in range(RANDOM_POSES):
         guess = clamped.copy()
         for joint in tree.loop_joints if k else ():
             if joint.kind in ("hinge", "slide"):

@@ -16,15 +16,15 @@ from conrod.exact.space import SpatialBody, SpatialClosure, SpatialJoint, Spatia
 from conrod.exact.space.drive_laws import FORMS, DriveLaw, parse_drive_law
 from conrod.exact.space.forward_kinematics import rotation_matrices
 from conrod.exact.space.mobility import Mobility
-from conrod.mjcf.equalities import closure_name, disabling_flag, kind_of
+from conrod.mjcf.equalities import closure_name, disabling_flag, equality_kind
 from conrod.mjcf.loops.driving import site_points
-from conrod.mjcf.loops.results import Question
+from conrod.mjcf.loops.results import LoopRequest
 from conrod.own.models.loading import (
     OWN_POSE,
     FoundPoint,
     data_at_start,
     joint_kind,
-    listed,
+    list_names,
     load_model,
     name_or_number,
     names_of,
@@ -50,7 +50,7 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     sites = (k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k])))
     points |= {name_or_number(model, "site", k): _of_site(model, k) for k in sites}
     gravity = np.zeros(3) if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else model.opt.gravity.copy()
-    return SpatialTree(bodies, closures, points, gravity, np.array(start, dtype=float), _unmodelled(model))
+    return SpatialTree(bodies, closures, points, gravity, np.array(start, dtype=float), _unmodelled_inertia(model))
 
 
 def _moves(model: mujoco.MjModel, body: int) -> bool:
@@ -96,7 +96,7 @@ def _of_site(model: mujoco.MjModel, k: int) -> SpatialPoint:
 
 
 def _closure(model: mujoco.MjModel, k: int) -> SpatialClosure:
-    name, kind = closure_name(model, k), kind_of(model, k)
+    name, kind = closure_name(model, k), equality_kind(model, k)
     if not kind:
         raise InvalidInput(f"{name}: an equality constraint of a flex: its motion is no rigid one")
     one, two, data = int(model.eq_obj1id[k]), int(model.eq_obj2id[k]), model.eq_data[k]
@@ -133,16 +133,16 @@ def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, floa
     return {int(model.jnt_dofadr[model.wrap_objid[w]]): float(model.wrap_prm[w]) for w in wraps}
 
 
-def _unmodelled(model: mujoco.MjModel) -> tuple[str, ...]:
+def _unmodelled_inertia(model: mujoco.MjModel) -> tuple[str, ...]:
     """Inertia that the exact forces do not have; forces are seen where they act (`conrod.mjcf.force_watch`)."""
     found = {
-        "armatures of tendons": _any(model, "tendon_armature"),
-        "armatures of actuators": _any(model, "actuator_armature"),
+        "armatures of tendons": _has_nonzero(model, "tendon_armature"),
+        "armatures of actuators": _has_nonzero(model, "actuator_armature"),
     }
     return tuple(name for name, there in found.items() if there)
 
 
-def _any(model: mujoco.MjModel, *fields: str) -> bool:
+def _has_nonzero(model: mujoco.MjModel, *fields: str) -> bool:
     """True if a field, of those that this release of MuJoCo has, is anywhere not 0."""
     return any(bool(np.any(getattr(model, field, 0.0))) for field in fields)
 
@@ -151,7 +151,7 @@ def check_rigid(model: mujoco.MjModel) -> None:
     """Refuse what is no machine of rigid bodies; raises InvalidInput, which names it."""
     parts = {"flex": model.nflex, "plugin": model.nplugin}
     if found := [f"{number} {name}" for name, number in parts.items() if number]:
-        raise InvalidInput(f"it has {listed(found)}: only rigid bodies have an exact motion here")
+        raise InvalidInput(f"it has {list_names(found)}: only rigid bodies have an exact motion here")
 
 
 # -- what is asked of it ----------------------------------------------------------------------------------------------
@@ -167,7 +167,7 @@ def machine_tree(machine: str) -> SpatialTree:
 
 
 def laws_of(
-    model: mujoco.MjModel, tree: SpatialTree, question: Question
+    model: mujoco.MjModel, tree: SpatialTree, question: LoopRequest
 ) -> tuple[dict[str, DriveLaw], tuple[str, ...]]:
     """Laws of the driven joints, and the joints that are held: those in no loop, such as a floating base.
 
@@ -182,15 +182,15 @@ def laws_of(
         joint = by_name[name]
         if joint.kind not in ("hinge", "slide"):
             raise InvalidInput(
-                f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {listed(drivable)}"
+                f"--drive {name}: it is a {joint.kind} joint; hinges and slides are driven: {list_names(drivable)}"
             )
         laws[name] = parse_drive_law(text, joint.unit, float(tree.start[joint.coordinate]), name)
     if all(law.duration == math.inf for law in laws.values()):
         raise InvalidInput(
-            f"none of its joints is driven: give --drive JOINT=LAW for one of {listed(drivable)}; LAW: {FORMS}"
+            f"none of its joints is driven: give --drive JOINT=LAW for one of {list_names(drivable)}; LAW: {FORMS}"
         )
     seconds, keys = question.seconds or duration(laws), [key for key in names_of(model, "key") if key]
-    keyframes = f"; to start elsewhere, --keyframe takes {listed(keys)}" if keys and not question.keyframe else ""
+    keyframes = f"; to start elsewhere, --keyframe takes {list_names(keys)}" if keys and not question.keyframe else ""
     for name, law in laws.items():
         if (span := by_name[name].range) is not None:
             values = law.derivatives(np.linspace(0.0, seconds, 1001))[0]
@@ -213,7 +213,7 @@ def duration(laws: Mapping[str, DriveLaw]) -> float:
 
 
 def judged_points(
-    model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: Question
+    model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: LoopRequest
 ) -> tuple[FoundPoint, ...]:
     """Select the points that are judged: those named, or sites that closures move and drives determine, or bodies.
 

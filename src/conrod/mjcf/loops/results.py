@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from conrod.exact.space.mobility import Mobility
-from conrod.mjcf.loops.differences import SAME, Comparison
+from conrod.mjcf.loops.differences import NUMBER_TOLERANCE, MachineComparison
 from conrod.own.models.request import Controls, OpenStart
 from conrod.runs.other_forces import OtherForce
 from conrod.runs.trajectory import Outcome
@@ -18,11 +18,11 @@ QUANTITIES = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 # The tolerance of the position bounds how far the loops open, too: a machine whose loops are open is another one.
 LOOPS = "loops"
 # MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.
-KINEMATIC = 1e-9
+KINEMATIC_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
-class Question:
+class LoopRequest:
     """Question that a user asks of a model.
 
     Attributes:
@@ -78,17 +78,17 @@ class LoopRun:
         found = self.gap if name == LOOPS else self.errors.get(name)
         return math.nan if found is None else found
 
-    def exceeded(self, tolerance: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    def exceeded_limits(self, tolerance: Mapping[str, float]) -> dict[str, tuple[float, float]]:
         """Quantities that are out of tolerance: found and allowed."""
-        pairs = {name: (self.judged_error(name), allowed) for name, allowed in limits_of(tolerance).items()}
+        pairs = {name: (self.judged_error(name), allowed) for name, allowed in loop_limits(tolerance).items()}
         return {name: (found, allowed) for name, (found, allowed) in pairs.items() if not found <= allowed}
 
-    def within(self, tolerance: Mapping[str, float]) -> bool:
+    def is_within(self, tolerance: Mapping[str, float]) -> bool:
         """True if it completed and neither an error nor the opening of its loops is larger than allowed."""
-        return self.outcome is Outcome.COMPLETED and not self.exceeded(tolerance)
+        return self.outcome is Outcome.COMPLETED and not self.exceeded_limits(tolerance)
 
 
-def limits_of(tolerance: Mapping[str, float]) -> dict[str, float]:
+def loop_limits(tolerance: Mapping[str, float]) -> dict[str, float]:
     """What is allowed by quantity [SI], with what follows for the opening of the loops."""
     return {**tolerance, **({LOOPS: tolerance["position"]} if "position" in tolerance else {})}
 
@@ -122,7 +122,7 @@ class ShippedRun:
 
     def exceeds(self, tolerance: Mapping[str, float]) -> bool:
         """True if something drives it and its loops open by more than is allowed."""
-        return self.driven and not self.gap <= limits_of(tolerance).get(LOOPS, math.inf)
+        return self.driven and not self.gap <= loop_limits(tolerance).get(LOOPS, math.inf)
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class LoopStudy:
     file: str
     name: str
     engine_version: str
-    question: Question
+    question: LoopRequest
     seconds: float
     travel: float
     held: tuple[str, ...]
@@ -165,7 +165,7 @@ class LoopStudy:
     steps: tuple[LoopRun, ...]
     cheapest: LoopRun | None = None
     paste: str = ""
-    compared: Comparison | None = None
+    compared: MachineComparison | None = None
     presets: Mapping[str, ShippedRun] = field(default_factory=dict)
     begins: OpenStart | None = None
     moved_start: str = ""
@@ -185,14 +185,14 @@ class LoopStudy:
     @property
     def agrees(self) -> bool:
         """True if MuJoCo's own kinematics are those of the exact motion."""
-        return all(off <= KINEMATIC for off in self.kinematic.values())
+        return all(off <= KINEMATIC_TOLERANCE for off in self.kinematic.values())
 
     @property
     def is_machine(self) -> bool:
         """True if its points are where those of the machine are, within tolerance, and no joint is of another kind."""
         if self.compared is None:
             return True
-        allowed = self.question.tolerance.get("position", SAME * self.travel)
+        allowed = self.question.tolerance.get("position", NUMBER_TOLERANCE * self.travel)
         off = self.compared.off
         return off is not None and off <= allowed and not self.compared.other_kinds
 
@@ -209,5 +209,5 @@ class LoopStudy:
     @property
     def passed(self) -> bool:
         """True if it is the machine, agrees, begins closed, and runs as shipped and driven, within tolerance."""
-        held = self.own.within(self.question.tolerance) and not self.begins_open
+        held = self.own.is_within(self.question.tolerance) and not self.begins_open
         return self.is_machine and self.agrees and not self.shipped_failed and held

@@ -19,24 +19,31 @@ from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.mobility import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.force_watch import ForceWatch, geom_name
-from conrod.mjcf.loops.driving import RESET, Recording, advanced, gaps_of, opens, start_state
+from conrod.mjcf.loops.driving import (
+    RESET_REASON,
+    LoopRecording,
+    advance,
+    closure_violations,
+    set_exact_state,
+    widest_opening_words,
+)
 from conrod.mjcf.loops.results import OWN, QUANTITIES, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
-from conrod.own.models.loading import FoundPoint, listed, name_or_number
+from conrod.own.models.loading import FoundPoint, list_names, name_or_number
 from conrod.runs.outcome import MAX_JOINT_GAP
 from conrod.runs.trajectory import Outcome
 
 # Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
 # 1 mm at 1e-9 and by 1e-7 mm at 1e-7 (1 m, 1 ms).
-SOFTER = 1e-7
+IDLE_SPIN_HARDENING = 1e-7
 # Solver tolerance: at 0 Newton's method goes on where nothing is gained any more, to its last iteration in most steps
 # (of Agility's Cassie 100 in place of 2, at 12 times the cost).
-CONVERGED = 1e-30
+SOLVER_TOLERANCE = 1e-30
 # A force below this share of the largest is none: balanced, or across what the machine does.
 NO_FORCE = 1e-9
 # A rate that turns back in this share of all steps, by this share of its range, is the step's, not the machine's.
-TURNS_BACK, SWING = 0.6, 1e-3
-BEYOND = 1e-6  # of a limit, that a motion may be and is rounding [rad, m]
+CHATTER_SHARE, CHATTER_SWING = 0.6, 1e-3
+LIMIT_ROUNDING = 1e-6  # of a limit, that a motion may be and is rounding [rad, m]
 
 
 # -- driven runs ------------------------------------------------------------------------------------------------------
@@ -68,19 +75,18 @@ def with_settings(
         option.o_solref[:], option.o_solimp[:] = settings.contact_solref, settings.contact_solimp  # under `override`
         if settings.hardening is not None:
             harden(made, settings.hardening)
-    option.tolerance = CONVERGED
+    option.tolerance = SOLVER_TOLERANCE
     return made
 
 
-def pasted(label: str, step: float, period: float, idle: bool) -> str:
+def settings_as_mjcf(label: str, step: float, period: float, idle: bool) -> str:
     """Edits that a model needs to run with such settings: MJCF, and what MJCF cannot say."""
     if label == OWN:
         return f'<option timestep="{step:.6g}"/>'
     settings = _settings(label, step, period, idle)
     solref, solimp = (" ".join(f"{value:.6g}" for value in pair) for pair in (settings.solref, settings.solimp))
-    option = (
-        f'<option timestep="{step:.6g}" integrator="{settings.integrator}" solver="Newton" tolerance="{CONVERGED:g}"/>'
-    )
+    solver = f'solver="Newton" tolerance="{SOLVER_TOLERANCE:g}"'
+    option = f'<option timestep="{step:.6g}" integrator="{settings.integrator}" {solver}/>'
     closures = f'<default><equality solref="{solref}" solimp="{solimp}"/></default>'
     hardened = (
         "" if settings.hardening is None else f"\nconrod.harden(model, {settings.hardening:g})  # after compiling"
@@ -96,21 +102,21 @@ def _settings(label: str, step: float, period: float, idle: bool, contact: bool 
         tuned,
         preset=label,
         solref=(max(0.1 * period, tuned.solref[0]), 1.0),
-        hardening=SOFTER if idle else HARDENING_FACTOR,
+        hardening=IDLE_SPIN_HARDENING if idle else HARDENING_FACTOR,
     )
 
 
-def errors_of(
-    label: str, step: float, run: Recording, motion: SpatialMotion, machine: DrivenTree, exact: SpatialForces | None,
-    travel: float,
+def judge_run(
+    label: str, step: float, run: LoopRecording, motion: SpatialMotion, machine: DrivenTree,
+    exact: SpatialForces | None, travel: float,
 ) -> LoopRun:  # fmt: skip
     """A run with its errors against the exact motion at the same times."""
-    gaps = {name: float(np.nanmax(gap)) for name, gap in run.gaps.items()}
+    gaps = {name: float(np.nanmax(gap)) for name, gap in run.violations.items()}
     gap = max(gaps.values(), default=0.0)
     if run.outcome is not Outcome.COMPLETED:
         return LoopRun(label, step, run.outcome, run.reason, gap=gap)
     if gap > MAX_JOINT_GAP * travel:
-        return LoopRun(label, step, Outcome.OPENED, opens(gaps), gap=gap)
+        return LoopRun(label, step, Outcome.OPENED, widest_opening_words(gaps), gap=gap)
     off = {
         name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
         for name, found in run.points.items()
@@ -120,7 +126,7 @@ def errors_of(
     far, near = int(off[worst][0].argmax()), MAX_JOINT_GAP * travel
     here, there = (found[:, far : far + 1] for found in (run.coordinates, motion.coordinates))
     time = float(run.times[far])
-    if errors["position"] > near and flipped(machine, run.points, here, time, there, near):
+    if errors["position"] > near and is_on_other_branch(machine, run.points, here, time, there, near):
         return LoopRun(label, step, Outcome.FLIPPED, f"on another branch {machine.describe_drives(time)}", gap=gap)
     drives, reactions = dict[str, float](), dict[str, float]()
     if exact is not None:
@@ -129,7 +135,7 @@ def errors_of(
     return LoopRun(label, step, Outcome.COMPLETED, "", errors, worst, gap, drives, reactions)
 
 
-def flipped(
+def is_on_other_branch(
     machine: DrivenTree, names: Iterable[str], coordinates: Array, time: float, exact: Array, near: float
 ) -> bool:
     """True for coordinates (nq, 1) on another branch: the closed pose nearest to them is not the exact one (nq, 1).
@@ -162,7 +168,7 @@ def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[st
 # -- kinematic mode ---------------------------------------------------------------------------------------------------
 
 
-def kinematic_mode(
+def compare_kinematics(
     model: mujoco.MjModel, machine: DrivenTree, points: tuple[FoundPoint, ...], motion: SpatialMotion
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Distance of MuJoCo's kinematics from the exact motion, over its largest values; and what is met on the way."""
@@ -170,13 +176,13 @@ def kinematic_mode(
     data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
     start, lengths = {p.name: motion.points[p.name].position[0] for p in points}, list[Array]()
     for k in range(len(motion.times)):
-        start_state(data, motion, k)
+        set_exact_state(data, motion, k)
         with silence_warnings():
             mujoco.mj_forward(model, data)
         data.qacc[:] = motion.rates[1, :, k]
         mujoco.mj_rnePostConstraint(model, data)
         lengths.append(data.ten_length.copy())
-        opened = max([opened, *gaps_of(machine.tree, model, data).values()])
+        opened = max([opened, *closure_violations(machine.tree, model, data).values()])
         for contact in data.contact[: data.ncon]:
             if contact.dist < 0.0:
                 touching[" and ".join(sorted(geom_name(model, int(g)) for g in contact.geom))] = None
@@ -190,22 +196,22 @@ def kinematic_mode(
     shares = {name: off[name] / max(sizes[name], 1e-300) for name in QUANTITIES if sizes[name] > 1e-12}
     # Loops that contradict each other stay open; two bodies' rows may each have the misfit.
     shares["closures"] = max(opened - 2.0 * machine.misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
-    met = (*_met(machine, motion, list(touching)), *_tendons_met(model, np.array(lengths)))
+    met = (*_limit_remarks(machine, motion, list(touching)), *_tendon_remarks(model, np.array(lengths)))
     return shares, met
 
 
-def tendons_beyond(model: mujoco.MjModel, lengths: Array) -> Iterator[tuple[str, Array, tuple[float, float]]]:
+def tendons_beyond_limits(model: mujoco.MjModel, lengths: Array) -> Iterator[tuple[str, Array, tuple[float, float]]]:
     """Names of tendons whose lengths (K, ntendon) go beyond their limits, with their lengths and limits."""
     if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
         return
     for k in np.flatnonzero(model.tendon_limited).tolist():
         (low, high), length = model.tendon_range[k].tolist(), lengths[:, k]
-        if length.min() < low - BEYOND or length.max() > high + BEYOND:
+        if length.min() < low - LIMIT_ROUNDING or length.max() > high + LIMIT_ROUNDING:
             yield name_or_number(model, "tendon", k), length, (low, high)
 
 
-def _tendons_met(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
-    for name, length, (low, high) in tendons_beyond(model, lengths):
+def _tendon_remarks(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
+    for name, length, (low, high) in tendons_beyond_limits(model, lengths):
         over = max(low - length.min(), length.max() - high)
         yield (
             f"the length of tendon {name} is up to {over:.3g} beyond its limits, {low:.4g} to {high:.4g}: "
@@ -213,15 +219,15 @@ def _tendons_met(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
         )
 
 
-def _met(machine: DrivenTree, motion: SpatialMotion, touching: list[str]) -> Iterator[str]:
+def _limit_remarks(machine: DrivenTree, motion: SpatialMotion, touching: list[str]) -> Iterator[str]:
     if touching:
-        yield f"parts touch on the way: {listed(touching)}; the runs have these contacts, the exact motion has none"
+        yield f"parts touch on the way: {list_names(touching)}; the runs have these contacts, the exact motion has none"
     for joint in machine.tree.joints:
         if joint.range is not None and joint.kind in ("hinge", "slide"):
             factor, unit = (np.degrees(1.0), "deg") if joint.unit == "rad" else (1e3, "mm")
             values = motion.coordinates[joint.coordinate]
             over = max(joint.range[0] - values.min(), values.max() - joint.range[1])
-            if over > BEYOND:
+            if over > LIMIT_ROUNDING:
                 limits = f"{factor * joint.range[0]:.4g} to {factor * joint.range[1]:.4g}"
                 yield (
                     f"{joint.name} is up to {factor * over:.3g} {unit} beyond its limits, {limits}: "
@@ -240,22 +246,22 @@ def shipped_run(
     driven = bool(np.any(data.ctrl) or np.any(data.qvel))
     rates, gaps, watch = list[Array](), dict[str, float](), ForceWatch(model)
 
-    def look(done: int) -> None:
+    def record(done: int) -> None:
         rates.append(data.qvel.copy())
         if (done - 1) % max(1, steps // 400) == 0:
             watch.sample(data)
             mujoco.mj_setState(model, aside, state_of(model, data), STATE)
             mujoco.mj_fwdPosition(model, aside)
-            for name, gap in gaps_of(tree, model, aside).items():
+            for name, gap in closure_violations(tree, model, aside).items():
                 gaps[name] = max(gap, gaps.get(name, 0.0))
 
     with silence_warnings():
-        reason = advanced(model, data, range(steps), look, watch)
+        reason = advance(model, data, range(steps), record, watch)
     outcome = Outcome.COMPLETED
     if reason:
-        outcome = Outcome.RESET if reason.startswith(RESET) else Outcome.DIVERGED
+        outcome = Outcome.RESET if reason.startswith(RESET_REASON) else Outcome.DIVERGED
     elif gaps and max(gaps.values()) > MAX_JOINT_GAP * max(travel, tree.extent):
-        outcome, reason = Outcome.OPENED, opens(gaps)
+        outcome, reason = Outcome.OPENED, widest_opening_words(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
     return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven, watch.found)
 
@@ -271,8 +277,8 @@ def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[st
     swing = size / np.maximum(ranges, 1e-9)
     # What settles while others move, or rounds, swings in nothing.
     weights = np.concatenate([coordinate_lengths(tree, joint, RATES) for joint in tree.joints])
-    swing[(ranges < 1e-6) | (size * weights < SWING * float(np.max(ranges * weights)))] = 0.0
-    worst = int(np.argmax(np.where(back > TURNS_BACK, swing, 0.0)))
-    if back[worst] <= TURNS_BACK or swing[worst] <= SWING:
+    swing[(ranges < 1e-6) | (size * weights < CHATTER_SWING * float(np.max(ranges * weights)))] = 0.0
+    worst = int(np.argmax(np.where(back > CHATTER_SHARE, swing, 0.0)))
+    if back[worst] <= CHATTER_SHARE or swing[worst] <= CHATTER_SWING:
         return None
     return name_or_number(model, "joint", int(model.dof_jntid[worst])), float(swing[worst])

@@ -15,25 +15,25 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialPoint
 from conrod.exact.space.mobility import rigid_points
-from conrod.mjcf.causes import about_closures
-from conrod.mjcf.loops.runs import tendons_beyond
-from conrod.mjcf.loops.start import open_start, start_rates
-from conrod.mjcf.loops.turning import SAMPLES, TURN, Turning
-from conrod.own.models.loading import data_at_start, find_crank, name_or_number, names_of, numbered, start_words
-from conrod.own.models.request import ModelFacts, Question, Scan
+from conrod.mjcf.causes import describe_closures
+from conrod.mjcf.loops.runs import tendons_beyond_limits
+from conrod.mjcf.loops.start import open_start, start_rate_violation
+from conrod.mjcf.loops.turning import ALMOST_REVOLUTION, TURN_SAMPLES, Turning
+from conrod.own.models.loading import data_at_start, find_crank, name_or_number, names_of, names_or_numbers, start_words
+from conrod.own.models.request import ModelFacts, ModelRequest, Scan
 
 # A point that is not back after a turn is away by more than this share of the model.
-RETURNED = 1e-6
+RETURN_TOLERANCE = 1e-6
 
 
-def scan(turning: Turning, question: Question) -> Scan:
-    """Samples at `SAMPLES` angles of a turn, and one a turn later, which shows whether all is back, or of a pass.
+def scan(turning: Turning, question: ModelRequest) -> Scan:
+    """Samples at `TURN_SAMPLES` angles of a turn, and one a turn later, which shows whether all is back, or of a pass.
 
     Raises:
         InvalidInput: it cannot turn fully, or has not the keyframe or a control that is asked for.
     """
     model, crank, data = turning.model, turning.crank, mujoco.MjData(turning.model)
-    facts, samples, lengths = facts_of(turning, question), [], list[Array]()
+    facts, samples, lengths = model_facts(turning, question), [], list[Array]()
     states = turning.coordinates(sampled_times(turning, question)).T
     joint = find_crank(model, question.crank)
     for state in states:
@@ -48,7 +48,7 @@ def scan(turning: Turning, question: Question) -> Scan:
         samples.append((places, links, data.xanchor[joint].copy(), data.xaxis[joint].copy()))
     positions, links, anchors, axes = (np.array(column) for column in zip(*samples, strict=True))
     off = float(np.linalg.norm(positions[-1] - positions[0], axis=-1).max())
-    if turning.reach is None and question.returns and off > RETURNED * float(model.stat.extent):
+    if turning.reach is None and question.returns and off > RETURN_TOLERANCE * float(model.stat.extent):
         raise InvalidInput(f"after one turn of its crank a point is {off:.3g} away from where it was")
     whole = slice(0, -1) if turning.reach is None else slice(None)
     away = np.linalg.norm([anchors[whole] - anchors[0], axes[whole] - axes[0]], axis=-1)
@@ -57,7 +57,7 @@ def scan(turning: Turning, question: Question) -> Scan:
         coordinate=states[whole, crank.coordinate],
         points=tuple(point.name for point in turning.points),
         positions=positions[whole].swapaxes(0, 1),
-        turns=_about(axes[0], links[whole] @ links[0].swapaxes(-1, -2)).T,
+        turns=_rotation_angles(axes[0], links[whole] @ links[0].swapaxes(-1, -2)).T,
         anchor=anchors[0],
         axis=axes[0],
         wander=float(away.max()),
@@ -65,18 +65,18 @@ def scan(turning: Turning, question: Question) -> Scan:
     )
 
 
-def sampled_times(turning: Turning, question: Question) -> Array:
+def sampled_times(turning: Turning, question: ModelRequest) -> Array:
     """Times (T,) [s] of the samples of a turn with its end, or of all that a pass's crank goes, with its start."""
     if turning.reach is None:
-        return np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
-    spacing, (back, ahead) = question.width / SAMPLES, turning.reach
+        return np.linspace(0.0, 2.0 * np.pi, TURN_SAMPLES + 1)
+    spacing, (back, ahead) = question.width / TURN_SAMPLES, turning.reach
     before, after = (int(way / spacing + 1e-6) for way in turning.reach)
-    if before + after < SAMPLES:  # a pass that does not have the start among its samples
-        return np.linspace(0.0, question.width, SAMPLES + 1)
+    if before + after < TURN_SAMPLES:  # a pass that does not have the start among its samples
+        return np.linspace(0.0, question.width, TURN_SAMPLES + 1)
     return np.clip(back + spacing * np.arange(-before, after + 1), 0.0, back + ahead)
 
 
-def _about(axis: Array, turned: Array) -> Array:
+def _rotation_angles(axis: Array, turned: Array) -> Array:
     """Angles (T, P) [rad] of turns (T, P, 3, 3) about an axis (3,)."""
     vectors = Rotation.from_matrix(turned.reshape(-1, 3, 3)).as_rotvec()
     return np.asarray((vectors @ axis).reshape(turned.shape[:2]))
@@ -106,7 +106,7 @@ def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> float:
 # -- facts -------------------------------------------------------------------------------------------------------------
 
 
-def facts_of(turning: Turning, question: Question) -> ModelFacts:
+def model_facts(turning: Turning, question: ModelRequest) -> ModelFacts:
     """What a model is, but for its stops; raises InvalidInput where it lacks a keyframe or a control."""
     model, tree, pair = turning.model, turning.machine.tree, turning.touching
     data, key = data_at_start(model, question.keyframe, question.controls)
@@ -126,21 +126,21 @@ def facts_of(turning: Turning, question: Question) -> ModelFacts:
         settings=f"timestep {option.timestep:g} s, integrator {integrator}, solver {solver}, {option.iterations} "
         f"iterations, tolerance {option.tolerance:g}",
         start=start_words(model, key, controls),
-        controls=dict(zip(numbered(names_of(model, "actuator")), controls, strict=True)),
+        controls=dict(zip(names_or_numbers(names_of(model, "actuator")), controls, strict=True)),
         begins=begins,
-        about=about_closures(model),
+        about=describe_closures(model),
         from_keyframe=key is not None,
         moves=bool(np.any(data.qvel)),
-        rates=None if begins else start_rates(turning.machine, data),
-        rigid=_rigid(turning),
+        rates=None if begins else start_rate_violation(turning.machine, data),
+        rigid=_rigid_points(turning),
     )
 
 
-def _all_stops(turning: Turning, question: Question, states: Array, lengths: Array) -> Iterator[str]:
+def _all_stops(turning: Turning, question: ModelRequest, states: Array, lengths: Array) -> Iterator[str]:
     """What keeps the model from its turn, or its pass, with coordinates (nq, T) and lengths of tendons (T, ntendon)."""
     if turning.reach is not None:  # a pass from where it is assembled, or back to there
-        first = min(int(turning.reach[0] / question.width * SAMPLES + 1e-6), states.shape[1] - SAMPLES - 1)
-        rows = slice(first, first + SAMPLES + 1)
+        first = min(int(turning.reach[0] / question.width * TURN_SAMPLES + 1e-6), states.shape[1] - TURN_SAMPLES - 1)
+        rows = slice(first, first + TURN_SAMPLES + 1)
         states, lengths = states[:, rows], lengths[rows]
     yield from _stops(turning, states)
     yield from _tendon_stops(turning.model, lengths)
@@ -148,11 +148,11 @@ def _all_stops(turning: Turning, question: Question, states: Array, lengths: Arr
 
 def _tendon_stops(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
     """Tendons whose limits keep the model from its turn, along which they are of lengths (T, ntendon)."""
-    for name, length, (low, high) in tendons_beyond(model, lengths):
+    for name, length, (low, high) in tendons_beyond_limits(model, lengths):
         yield f"tendon {name} is held to {low:.6g} to {high:.6g}, needs {length.min():.6g} to {length.max():.6g}"
 
 
-def _rigid(turning: Turning) -> tuple[str, ...]:
+def _rigid_points(turning: Turning) -> tuple[str, ...]:
     """Names of observed points that are rigid with the crank, so that neither closures nor a contact move them."""
     data, points = mujoco.MjData(turning.model), dict[str, SpatialPoint]()
     mujoco.mj_kinematics(turning.model, data)
@@ -176,6 +176,6 @@ def _stops(turning: Turning, states: Array) -> Iterator[str]:
         # A crank may begin its turn at the lower of its limits.
         is_crank = joint is turning.crank
         turns = is_crank and turning.reach is None
-        if high - low < factor * TURN if turns else way.min() < low or way.max() > high:
+        if high - low < factor * ALMOST_REVOLUTION if turns else way.min() < low or way.max() > high:
             needs = "a full turn" if turns else f"{way.min():.6g} to {way.max():.6g}"
             yield f"{joint.name} is held to {low:.6g} to {high:.6g} {unit}, needs {needs}"

@@ -13,23 +13,23 @@ from conrod.exact.motion import Array
 from conrod.exact.space import SpatialPoint, SpatialTree
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
-from conrod.mjcf.causes import about_closures
-from conrod.mjcf.loops.differences import COUPLINGS, SAME
+from conrod.mjcf.causes import describe_closures
+from conrod.mjcf.loops.differences import COUPLINGS, NUMBER_TOLERANCE
 from conrod.mjcf.loops.reading import tree_of
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import COARSE_GRID, Identity
-from conrod.own.models.links import LinkDifference, SlideTilt, differences, graph_of
+from conrod.own.models.links import LinkDifference, SlideTilt, graph_of, link_differences
 from conrod.own.models.loading import data_at_start, find_point
 from conrod.own.models.model_links import links_of
-from conrod.own.models.request import Place, Question
+from conrod.own.models.request import ModelRequest, PointPlace
 from conrod.scenes import Scene
 
 PARALLEL = 1e-6  # [rad]: numbers of a file with six digits
-TOLD = 3  # differences that are named
-ROUND = float(COARSE_GRID)  # [rad]: a model is turned by so much on purpose
+MAX_NAMED_DIFFERENCES = 3  # differences that are named
+ROUND_ANGLE = float(COARSE_GRID)  # [rad]: a model is turned by so much on purpose
 
 
-def scene_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Question) -> Iterator[str]:
+def scene_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest) -> Iterator[str]:
     """Name what a model has otherwise than a planar machine, by its axes and links, however it moves.
 
     Args:
@@ -43,11 +43,15 @@ def scene_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Ques
     yield from tilted_axes(tree)
     yield from axial_gaps(tree)
     if found := _link_differences(model, machine, question):
-        more = [f"{len(found) - TOLD} more distances differ"] if len(found) > TOLD else []
-        yield f"against {name}, {'; '.join([*(one.words for one in found[:TOLD]), *more])}"
+        more = (
+            [f"{len(found) - MAX_NAMED_DIFFERENCES} more distances differ"]
+            if len(found) > MAX_NAMED_DIFFERENCES
+            else []
+        )
+        yield f"against {name}, {'; '.join([*(one.words for one in found[:MAX_NAMED_DIFFERENCES]), *more])}"
 
 
-def refusal_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Question) -> Iterator[str]:
+def refusal_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest) -> Iterator[str]:
     """Name the same, and other joints, of a model that cannot be moved as the machine is."""
     yield from scene_causes(model, scene, question)
     try:
@@ -59,7 +63,7 @@ def refusal_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Qu
 
 
 def causes_besides(
-    model: mujoco.MjModel, scene: tuple[str, Scene], question: Question, identity: Identity, given: GivenFrame,
+    model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest, identity: Identity, given: GivenFrame,
     *, is_machine: bool,
 ) -> Iterator[str]:  # fmt: skip
     """Name what else would explain a model that is not the machine, or what does where no lengths do.
@@ -74,7 +78,7 @@ def causes_besides(
     elif identity.explanations:
         links = _link_differences(model, scene[1], question)
         ground = {joint.name for joint in scene[1].mechanism().joints if _on_ground(joint)}
-        turned = identity.frame.rotation - ROUND * round(identity.frame.rotation / ROUND)
+        turned = identity.frame.rotation - ROUND_ANGLE * round(identity.frame.rotation / ROUND_ANGLE)
         of_slide = links and all(isinstance(one, LinkDifference) and one.link in ground for one in links)
         if links and of_slide and given.rotation is None and abs(turned) > PARALLEL:
             said = f"the slide is tilted by {np.degrees(abs(turned)):.3g} deg"
@@ -89,7 +93,7 @@ def _on_ground(joint: object) -> bool:
     return isinstance(joint, Prismatic) and GROUND in (joint.a, joint.b)
 
 
-def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: Question, frame: Frame) -> float | None:
+def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: ModelRequest, frame: Frame) -> float | None:
     """Angle [rad] of the one slide on the ground from the machine's, in a frame; None where there are others."""
     tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
     slides = [joint for joint in tree.loop_joints if joint.kind == "slide" and tree.bodies[joint.body].parent == 0]
@@ -97,12 +101,12 @@ def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: Question, frame
     if len(slides) != 1 or len(right) != 1:
         return None
     axis = forward_kinematics(tree, tree.start[:, None]).axes[slides[0].rate][:, 0, 0]
-    way = np.angle(frame.view.flat(axis[None])[0]) - frame.rotation
+    way = np.angle(frame.view.as_complex(axis[None])[0]) - frame.rotation
     return float(np.angle(np.exp(2j * (way - right[0].direction)))) / 2.0
 
 
 def _link_differences(
-    model: mujoco.MjModel, machine: Scene, question: Question
+    model: mujoco.MjModel, machine: Scene, question: ModelRequest
 ) -> tuple[LinkDifference | SlideTilt, ...] | None:
     """Differences of links, pins and slides; None where they are other ones, or cannot be known."""
     try:
@@ -113,29 +117,29 @@ def _link_differences(
     if question.crank not in {joint.name for joint in tree.joints}:
         return None
     own, right = links_of(tree, question.crank, points), graph_of(machine.mechanism())
-    return None if own is None or right is None else differences(own, right)
+    return None if own is None or right is None else link_differences(own, right)
 
 
 def _other_joints(
-    model: mujoco.MjModel, scene: tuple[str, Scene], question: Question, tree: SpatialTree
+    model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest, tree: SpatialTree
 ) -> Iterator[str]:
     """Say which joints a model and a machine of pins and slides have, where one cannot be laid over the other."""
     name, machine = scene
-    if about_closures(model) or graph_of(machine.mechanism()) is None:  # which say why
+    if describe_closures(model) or graph_of(machine.mechanism()) is None:  # which say why
         return
     if _link_differences(model, machine, question) is not None:
         return
     closures = (COUPLINGS.get(closure.kind, closure.kind) for closure in tree.closures)
-    own = _counted(Counter([*(joint.kind for joint in tree.joints), *closures]))
+    own = _count_words(Counter([*(joint.kind for joint in tree.joints), *closures]))
     right = Counter("pin" if isinstance(joint, Revolute) else "slide" for joint in machine.mechanism().joints)
-    yield f"it has other joints than {name}: {own} in place of {_counted(right)}"
+    yield f"it has other joints than {name}: {own} in place of {_count_words(right)}"
 
 
-def _counted(counts: Mapping[str, int]) -> str:
+def _count_words(counts: Mapping[str, int]) -> str:
     return ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts.items())
 
 
-def _point(model: mujoco.MjModel, place: Place) -> SpatialPoint:
+def _point(model: mujoco.MjModel, place: PointPlace) -> SpatialPoint:
     found = find_point(model, place)
     offsets = {"site": model.site_pos, "geom": model.geom_pos}
     return SpatialPoint(found.body, offsets[found.kind][found.index].copy() if found.kind in offsets else np.zeros(3))
@@ -152,18 +156,18 @@ def tilted_axes(tree: SpatialTree) -> Iterator[str]:
         return
     across = [axes[joint.name] for joint in tree.loop_joints if joint.kind == "slide"]
     alike = {
-        name: sum(_between(axis, other) <= PARALLEL for other in hinges.values())
-        + sum(np.pi / 2.0 - _between(axis, slide) <= PARALLEL for slide in across)
+        name: sum(_line_angle(axis, other) <= PARALLEL for other in hinges.values())
+        + sum(np.pi / 2.0 - _line_angle(axis, slide) <= PARALLEL for slide in across)
         for name, axis in hinges.items()
     }
     most = max(alike, key=lambda name: alike[name])
     for joint in tree.loop_joints:
-        if joint.kind == "hinge" and (tilt := _between(axes[joint.name], axes[most])) > PARALLEL:
+        if joint.kind == "hinge" and (tilt := _line_angle(axes[joint.name], axes[most])) > PARALLEL:
             if alike[joint.name] == alike[most]:  # which of both is tilted cannot be told
                 yield f"the axes of {most} and {joint.name} are {np.degrees(tilt):.3g} deg apart"
             else:
                 yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off that of {most}"
-        elif joint.kind == "slide" and (tilt := np.pi / 2.0 - _between(axes[joint.name], axes[most])) > PARALLEL:
+        elif joint.kind == "slide" and (tilt := np.pi / 2.0 - _line_angle(axes[joint.name], axes[most])) > PARALLEL:
             yield f"the axis of {joint.name} is {np.degrees(tilt):.3g} deg off the plane across that of {most}"
 
 
@@ -174,10 +178,10 @@ def axial_gaps(tree: SpatialTree) -> Iterator[str]:
     for closure in tree.closures if hinges else ():
         if closure.kind == "connect":
             one, other = (found.point(point)[0][:, 0] for point in closure.points)
-            if (gap := abs(float(hinges[0] @ (one - other)))) > SAME * tree.extent:
+            if (gap := abs(float(hinges[0] @ (one - other)))) > NUMBER_TOLERANCE * tree.extent:
                 yield f"{closure.name} ties points that are {1e3 * gap:.3g} mm apart along the axes of its hinges"
 
 
-def _between(one: Array, other: Array) -> float:
+def _line_angle(one: Array, other: Array) -> float:
     """Angle between two lines [rad], from 0 to a quarter turn."""
     return float(np.arctan2(np.linalg.norm(np.cross(one, other)), abs(one @ other)))

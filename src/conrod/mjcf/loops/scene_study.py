@@ -14,20 +14,20 @@ from conrod.exact import ExactReference
 from conrod.exact.motion import Array
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.causes import causes_named
-from conrod.mjcf.loops.driving import Recording, driven_run, recorded
+from conrod.mjcf.causes import add_causes_to_errors
+from conrod.mjcf.loops.driving import LoopRecording, driven_run, record_run
 from conrod.mjcf.loops.results import LABELS
-from conrod.mjcf.loops.runs import flipped, with_settings
+from conrod.mjcf.loops.runs import is_on_other_branch, with_settings
 from conrod.mjcf.loops.scanning import scan
 from conrod.mjcf.loops.scene_causes import causes_besides, refusal_causes
-from conrod.mjcf.loops.turning import Turning, prepare
-from conrod.own.files import of_file
+from conrod.mjcf.loops.turning import Turning, prepare_turning
+from conrod.own.files import name_file_in_errors
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.loading import data_at_start
-from conrod.own.models.references import returns
-from conrod.own.models.request import AJAR, Question
-from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankMotion, JudgedRun, ModelStudy
+from conrod.own.models.references import returns_after_turn
+from conrod.own.models.request import MIN_NAMED_OPENING, ModelRequest
+from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankSpeed, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
 from conrod.runs.other_forces import add_obstacles
 from conrod.runs.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict
@@ -38,15 +38,15 @@ from conrod.studies.frame.resolve_arguments import MAX_KEPT_SAMPLES
 from conrod.studies.frame.result import misfit_words
 from conrod.studies.validation.results import RefinementPoint
 
-FINER = (0.5, 2.0, 4.0)  # steps that take the place of one, where a model is refined
+STEP_REFINEMENTS = (0.5, 2.0, 4.0)  # steps that take the place of one, where a model is refined
 # A model whose points are further off than this, with all lengths fitted, is another machine: its runs say nothing.
-COMPARABLE = 0.05
+MAX_COMPARABLE_DISTANCE = 0.05
 
 
-def study(
+def study_scene_model(
     path: Path,
     scene: tuple[str, Scene],
-    question: Question,
+    question: ModelRequest,
     given: GivenFrame,
     revolutions: float,
     tolerance: Mapping[str, float] | None,
@@ -62,11 +62,11 @@ def study(
         InvalidInput: the model cannot be used, its plane of motion or its frame cannot be determined, or its runs
             cannot be made.
     """
-    with of_file(path):
+    with name_file_in_errors(path):
         name, machine = scene
-        question = replace(question, span=machine.mechanism().driver.span, returns=returns(machine))
-        with causes_named(path, lambda model: refusal_causes(model, scene, question)):
-            turning = prepare(path, question)
+        question = replace(question, span=machine.mechanism().driver.span, returns=returns_after_turn(machine))
+        with add_causes_to_errors(path, lambda model: refusal_causes(model, scene, question)):
+            turning = prepare_turning(path, question)
             turn = scan(turning, question)
             facts, (identity, moving) = turn.facts, identify(machine, turn, given)
         misplaced = identity.explanations[0].misplaced if identity.explanations else ()
@@ -78,22 +78,22 @@ def study(
         found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
         besides = causes_besides(turning.model, scene, question, identity, given, is_machine=found.is_machine)
         found = replace(found, model=replace(facts, about="; ".join(filter(None, (facts.about, *besides)))))
-        if identity.left > COMPARABLE:
+        if identity.left > MAX_COMPARABLE_DISTANCE:
             return found
-        bench = Bench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
+        bench = SceneBench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
         refused = {"hardened": "hardening does not apply to contact"} if question.contacts else {}
-        at_steps = {label: [bench.driven(label)] for label in LABELS if label not in refused}
-        for finer in FINER if refine else ():
+        at_steps = {label: [bench.run_driven(label)] for label in LABELS if label not in refused}
+        for finer in STEP_REFINEMENTS if refine else ():
             if finer * revolutions * machine.period <= MAX_KEPT_SAMPLES * facts.timestep:
                 for label, same in at_steps.items():
-                    same.append(bench.driven(label, finer))
-        own_run, crank = bench.as_given()
-        refined = {label: _points(same) for label, same in at_steps.items() if len(same) > 1}
+                    same.append(bench.run_driven(label, finer))
+        own_run, crank = bench.run_as_given()
+        refined = {label: _refinement_points(same) for label, same in at_steps.items() if len(same) > 1}
         runs = {label: same[0] for label, same in at_steps.items()}
         return replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined)
 
 
-def _points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
+def _refinement_points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
     """Errors of runs of one kind, from coarse to fine."""
     ordered = sorted(runs, key=lambda run: run.steps_per_revolution)
     return tuple(
@@ -103,7 +103,7 @@ def _points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Bench:
+class SceneBench:
     """A model whose crank turns at a scene's speed, or as its own file drives it.
 
     Attributes:
@@ -114,7 +114,7 @@ class Bench:
     """
 
     turning: Turning
-    question: Question
+    question: ModelRequest
     exact: ExactReference
     speed: float
     frame: Frame
@@ -148,7 +148,7 @@ class Bench:
             )
         return np.asarray(step * np.arange(samples), dtype=float)
 
-    def driven(self, label: str, finer: float = 1.0) -> JudgedRun:
+    def run_driven(self, label: str, finer: float = 1.0) -> JudgedRun:
         """With its own settings or a preset's, at so many steps in place of one."""
         turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
         model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
@@ -159,16 +159,16 @@ class Bench:
         start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
         machine, motion = DrivenTree(turning.machine.tree, {crank: law}), SpatialMotion(self._times(step), *start, {})
         run = driven_run(machine, model, motion, turning.points, 1, carried=False, touching=turning.touching)
-        return self.judged(label, run, step)
+        return self.judge(label, run, step)
 
-    def as_given(self) -> tuple[JudgedRun, CrankMotion | None]:
+    def run_as_given(self) -> tuple[JudgedRun, CrankSpeed | None]:
         """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
         model, turning = self.turning.model, self.turning
         data, _ = data_at_start(model, self.question.keyframe, self.question.controls)
         step = float(model.opt.timestep)
         times = self._times(step, float(self.frame.angle(data.qpos[turning.crank.coordinate])))
-        run, _ = recorded(turning.machine.tree, model, data, turning.points, times, touching=turning.touching)
-        found = self.judged(AS_GIVEN, run, step)
+        run, _ = record_run(turning.machine.tree, model, data, turning.points, times, touching=turning.touching)
+        found = self.judge(AS_GIVEN, run, step)
         if found.outcome is not Outcome.COMPLETED:
             return found, None
         # The crank in the last turn's time, or in all of it where that is less.
@@ -176,13 +176,16 @@ class Bench:
         angle, rate = at.angle[last], at.rate[last]
         mean = float(angle[-1] - angle[0]) / max(step * (len(angle) - 1), 1e-300)
         farthest = float(np.abs(at.angle - at.angle[0]).max()) / (2.0 * math.pi)
-        crank = CrankMotion(mean, float(rate.min()), float(rate.max()), farthest)
+        crank = CrankSpeed(mean, float(rate.min()), float(rate.max()), farthest)
         # What stands in a closed pose is exact there, which says nothing of a motion.
-        closed = max((float(gap[0]) for gap in run.gaps.values()), default=0.0) <= AJAR * turning.machine.tree.extent
+        closed = (
+            max((float(gap[0]) for gap in run.violations.values()), default=0.0)
+            <= MIN_NAMED_OPENING * turning.machine.tree.extent
+        )
         stands = crank.is_still and closed
         return (replace(found, errors=None) if stands else found), crank
 
-    def instants(self, run: Recording) -> Instants:
+    def instants(self, run: LoopRecording) -> Instants:
         """The crank in the document's frame."""
         crank, sense = self.turning.crank, self.frame.sense
         rates, angle = (run.rates[crank.rate], run.accelerations[crank.rate]), run.coordinates[crank.coordinate]
@@ -191,19 +194,19 @@ class Bench:
         times = run.times if self.question.span is None else run.times + angle[0] / self.speed
         return Instants(times, angle, *(sense * one for one in rates))
 
-    def judged(self, label: str, run: Recording, step: float) -> JudgedRun:
+    def judge(self, label: str, run: LoopRecording, step: float) -> JudgedRun:
         """A run with its outcome and its errors."""
         at = self.instants(run)
         # The scene's clock begins at crank angle 0, which the file need not start at; that of one pass does so already.
         if label == AS_GIVEN and self.question.span is None:
             at = replace(at, times=at.times + at.angle[0] / self.speed)
-        seen = (self.frame.placed, self.frame.turned, self.frame.turned)
+        seen = (self.frame.document_positions, self.frame.document_vectors, self.frame.document_vectors)
         tracks = {
             name: PointTracks(*(Track(at, see(v)) for see, v in zip(seen, run.points[name], strict=True)))
             for name in self.points
         }
         verdict, errors = RunVerdict(run.outcome, run.reason), None
-        gap = max((float(gap.max()) for gap in run.gaps.values()), default=0.0)
+        gap = max((float(gap.max()) for gap in run.violations.values()), default=0.0)
         opening = self.frame.unit * gap / max(self.exact.lengths.values())
         if run.outcome is Outcome.COMPLETED:
             verdict = next(self._endings(run, tracks), verdict)
@@ -216,7 +219,7 @@ class Bench:
         reason = add_obstacles(verdict.reason, run.acting)
         return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting, opening)
 
-    def _endings(self, run: Recording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
+    def _endings(self, run: LoopRecording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
         """Outcomes that the points and the violation of the closures show; the first one counts.
 
         A run that starts open and snaps shut goes on from there: how far it was open is an error of it, no outcome.
@@ -240,7 +243,7 @@ class Bench:
             if outward.max() > MAX_CONTACT_GAP * travel:
                 yield RunVerdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
         late = len(run.times) // 2
-        opened = max((max(*(gap - gap[0]), *gap[late:]) for gap in run.gaps.values()), default=0.0)
+        opened = max((max(*(gap - gap[0]), *gap[late:]) for gap in run.violations.values()), default=0.0)
         if self.frame.unit * opened > MAX_JOINT_GAP * travel:
             yield RunVerdict(Outcome.OPENED, f"a closure is open by up to {1e3 * self.frame.unit * opened:.3g} mm")
         worst = int(np.argmax(size := np.linalg.norm(off, axis=2).max(axis=0)))
@@ -251,7 +254,7 @@ class Bench:
                 coordinate - self.turning.first,
                 self.turning.state(self.turning.time_at(coordinate))[0][:, None],
             )
-            if flipped(machine, machine.tree.points, there, time, here, near / self.frame.unit):
+            if is_on_other_branch(machine, machine.tree.points, there, time, here, near / self.frame.unit):
                 starts = "it starts so, and is " if size[0] > MAX_JOINT_GAP * travel else ""
                 far = f"{starts}up to {1e3 * size[worst]:.3g} mm off"
                 yield RunVerdict(Outcome.FLIPPED, f"on another branch {machine.describe_drives(round(time, 9))}, {far}")

@@ -13,11 +13,11 @@ from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.loop_closure import jacobian
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.equalities import close_loops, closure_name, handles, openings
-from conrod.own.models.request import AJAR, OpenStart, StartRates
+from conrod.mjcf.equalities import close_loops, closure_name, constraint_violations, handle_indices
+from conrod.own.models.request import MIN_NAMED_OPENING, OpenStart, StartRates
 
-CLOSED = 1e-12  # of the machine's extent
-DIGITS, PLACES = 10, 12  # of a pose in words: what they leave open is far below what is said to be open
+CLOSING_TOLERANCE = 1e-12  # of the machine's extent
+POSE_DIGITS, POSE_DECIMALS = 10, 12  # of a pose in words: what they leave open is far below what is said to be open
 
 
 def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: str) -> OpenStart | None:
@@ -31,21 +31,21 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
     looked_at = copy.copy(data)
     with silence_warnings():
         mujoco.mj_fwdPosition(model, looked_at)
-        found, dragged = openings(model, looked_at, extent), handles(model)
+        found, dragged = constraint_violations(model, looked_at, extent), handle_indices(model)
         gaps = {closure_name(model, k): float(found[k]) for k in range(model.neq) if k not in dragged}
-        ajar = {name: gap for name, gap in gaps.items() if gap > AJAR * extent}
+        ajar = {name: gap for name, gap in gaps.items() if gap > MIN_NAMED_OPENING * extent}
         if not ajar:
             return None
-        closed = close_loops(model, looked_at, CLOSED * extent)
+        closed = close_loops(model, looked_at, CLOSING_TOLERANCE * extent)
     return OpenStart(pose, ajar, extent, pose_words(looked_at.qpos) if closed else "")
 
 
 def pose_words(coordinates: Array) -> str:
     """Coordinates (nq,) as MJCF's `qpos` has them."""
-    return " ".join(f"{value:.{DIGITS}g}" for value in np.round(coordinates, PLACES) + 0.0)
+    return " ".join(f"{value:.{POSE_DIGITS}g}" for value in np.round(coordinates, POSE_DECIMALS) + 0.0)
 
 
-def start_rates(machine: DrivenTree, data: mujoco.MjData) -> StartRates | None:
+def start_rate_violation(machine: DrivenTree, data: mujoco.MjData) -> StartRates | None:
     """Compare the rates of a closed start with those that the loops ask for; None where they do.
 
     Rates v open the closures at J v, with J their Jacobian. The rates that the loops ask for are the nearest ones with
@@ -59,7 +59,7 @@ def start_rates(machine: DrivenTree, data: mujoco.MjData) -> StartRates | None:
     rates, matrix = np.array(data.qvel), jacobian(found, 1)[0]
     speed = float(np.abs(machine.rate_sizes * rates).max(initial=0.0))
     opening = float(np.abs(matrix @ rates).max(initial=0.0))
-    if not opening > AJAR * speed:
+    if not opening > MIN_NAMED_OPENING * speed:
         return None
     step = np.linalg.lstsq(machine.scaled_jacobian(found), -(matrix @ rates), rcond=RANK_TOLERANCE)[0]
     asked = rates.copy()

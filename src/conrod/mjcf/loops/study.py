@@ -16,15 +16,15 @@ from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_closures
 from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.causes import about_closures, with_causes
+from conrod.mjcf.causes import append_causes, describe_closures
 from conrod.mjcf.equalities import inactive_closures, inactive_words
-from conrod.mjcf.loops.differences import SAME, Comparison, changes, compared
-from conrod.mjcf.loops.driving import driven_run, start_state
-from conrod.mjcf.loops.load_differences import load_changes
+from conrod.mjcf.loops.differences import NUMBER_TOLERANCE, MachineComparison, compare_with_machine, list_differences
+from conrod.mjcf.loops.driving import driven_run, set_exact_state
+from conrod.mjcf.loops.load_differences import list_load_differences
 from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
-from conrod.mjcf.loops.results import LABELS, OWN, LoopRun, LoopStudy, Question, ShippedRun
-from conrod.mjcf.loops.runs import errors_of, kinematic_mode, pasted, shipped_run, with_settings
+from conrod.mjcf.loops.results import LABELS, OWN, LoopRequest, LoopRun, LoopStudy, ShippedRun
+from conrod.mjcf.loops.runs import compare_kinematics, judge_run, settings_as_mjcf, shipped_run, with_settings
 from conrod.mjcf.loops.start import open_start, pose_words
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.own.models.loading import (
@@ -32,7 +32,7 @@ from conrod.own.models.loading import (
     FoundPoint,
     check_finite,
     data_at_start,
-    listed,
+    list_names,
     load_model,
     start_words,
 )
@@ -44,12 +44,12 @@ from conrod.scenes.space import MACHINES
 from conrod.studies.frame.paired_timing import time_stepper_pair
 
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
-FINER, COARSER, SAMPLES = (1, 2, 4), (2, 4), 500
-CHECKED, MOST_STEPS = 180, 10**6
-MOST_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
+FINER, COARSER, MAX_SAMPLES = (1, 2, 4), (2, 4), 500
+CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
+MAX_SEARCHED_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
 
 
-def study(path: Path, question: Question, name: str) -> LoopStudy:
+def study_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
     """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.local`.
 
     Raises:
@@ -62,13 +62,13 @@ def study(path: Path, question: Question, name: str) -> LoopStudy:
         machine = None if question.machine is None else machine_tree(question.machine)
         if machine is not None:
             start = data_at_start(model, question.keyframe or OWN_POSE)[0].qpos
-            found = list(changes(tree_of(model, start), machine, inactive_closures(model)))
+            found = list(list_differences(tree_of(model, start), machine, inactive_closures(model)))
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
-        return _Bench.of(model, question, explained=bool(found or about_closures(model))).studied(
+        return _LoopBench.from_request(model, question, explained=bool(found or describe_closures(model))).study(
             str(path), name, machine
         )
     except InvalidInput as error:
-        words = with_causes(str(error).removeprefix(f"{path}: "), about_closures(model))
+        words = append_causes(str(error).removeprefix(f"{path}: "), describe_closures(model))
         raise InvalidInput(f"{path}: {words}{against}") from None
 
 
@@ -83,7 +83,7 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
     except TooManyDrivesError as error:
         if explained:
             raise
-        searched = len(machine.tree.loop_joints) <= MOST_JOINTS
+        searched = len(machine.tree.loop_joints) <= MAX_SEARCHED_JOINTS
         spare = list(removable_closures(machine, start))
         found = explain_immobility(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
         # Where some of the drives can stay they are simply too many.
@@ -93,7 +93,7 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
         raise InvalidInput(f"{error}{words}") from None
 
 
-def _go(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
+def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
     """Assemble a machine and follow its motion; where its start is outside the joints' ranges, perhaps from inside.
 
     Args:
@@ -120,7 +120,7 @@ def _go(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
         return ""
     knots, misfit = machine.knots, machine.misfit
     try:
-        return f"{outside}{_go_from_inside(machine, seconds, explained)}"
+        return f"{outside}{_track_from_inside(machine, seconds, explained)}"
     except InvalidInput as error:
         if refused:
             raise InvalidInput(f"{refused}; {outside}, {error}") from None
@@ -128,7 +128,7 @@ def _go(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
     return ""
 
 
-def _go_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
+def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
     """Follow a machine's motion from the closed pose inside its joints' ranges that is nearest to its start.
 
     Returns:
@@ -149,7 +149,7 @@ def _go_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str
 
 
 @dataclass(frozen=True, eq=False)
-class _Bench:
+class _LoopBench:
     """A model with its exact machine, from its start on.
 
     Attributes:
@@ -157,7 +157,7 @@ class _Bench:
     """
 
     model: mujoco.MjModel
-    question: Question
+    question: LoopRequest
     machine: DrivenTree
     data: mujoco.MjData
     seconds: float
@@ -166,7 +166,7 @@ class _Bench:
     moved_start: str = ""
 
     @classmethod
-    def of(cls, model: mujoco.MjModel, question: Question, *, explained: bool = False) -> _Bench:
+    def from_request(cls, model: mujoco.MjModel, question: LoopRequest, *, explained: bool = False) -> _LoopBench:
         data, key = data_at_start(model, question.keyframe or OWN_POSE)
         tree = tree_of(model, data.qpos)
         if not tree.closures:
@@ -174,11 +174,11 @@ class _Bench:
             raise InvalidInput(f"it has no closed loop{f': {off}' if off else ''}")
         laws, held = laws_of(model, tree, question)
         seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
-        if not 2.0 * step <= seconds <= MOST_STEPS * step:
-            most = f"from 2 to {MOST_STEPS:,} can be run"
+        if not 2.0 * step <= seconds <= MAX_STEPS * step:
+            most = f"from 2 to {MAX_STEPS:,} can be run"
             raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
-        moved_start = _go(machine, seconds, start_words(model, key), explained)
+        moved_start = _track_motion(machine, seconds, start_words(model, key), explained)
         freedom = count_mobility(machine)
         points = judged_points(model, tree, freedom, question)
         return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
@@ -188,40 +188,43 @@ class _Bench:
         """Time [s] that the slowest drive takes for its law: the machine's pace, however long it runs."""
         return duration(self.machine.laws)
 
-    def studied(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
+    def study(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
         """All that is found."""
-        checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED))
+        checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED_INSTANTS))
         ways = {n: float(np.linalg.norm(p.position - p.position[0], axis=1).max()) for n, p in checked.points.items()}
         least, judged = 1e-9 * self.machine.tree.extent, [point.name for point in self.points]
         if (travel := max(ways[name] for name in judged)) <= least:
             moving = [name for name, way in ways.items() if way > least and name not in self.freedom.undetermined]
-            others = f"; --point NAME takes {listed(moving)}" if moving else ""
+            others = f"; --point NAME takes {list_names(moving)}" if moving else ""
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
-        shipped = self._shipped(travel)  # what is wrong with controls is said before the runs
-        kinematic, remarks = kinematic_mode(self.model, self.machine, self.points, checked)
+        shipped = self._run_as_shipped(travel)  # what is wrong with controls is said before the runs
+        kinematic, remarks = compare_kinematics(self.model, self.machine, self.points, checked)
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces(merge_forces(one for run in runs for one in run.acting))
         exact = None if unknown else forces(self.machine, checked)
         best = self._cheapest((*runs, *steps))
-        paste = "" if best is None else pasted(best.label, best.timestep, self.period, bool(self.freedom.idle))
+        paste = (
+            "" if best is None else settings_as_mjcf(best.label, best.timestep, self.period, bool(self.freedom.idle))
+        )
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.indeterminate, unknown, remarks,
             shipped, runs, steps, best, paste,
-            self._compared(machine, checked, travel), {label: self._shipped(travel, label) for label in LABELS[1:]},
-            self._begins(), self.moved_start, self._about(), tuple(judged),
+            self._compare_with_machine(machine, checked, travel),
+            {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
+            self._open_start(), self.moved_start, self._closure_words(), tuple(judged),
         )  # fmt: skip
 
-    def _about(self) -> str:
+    def _closure_words(self) -> str:
         """What closures show, and the axis or anchor by which they contradict each other; empty where they do not."""
-        machine, said = self.machine, about_closures(self.model)
-        closes = machine.misfit <= SAME * machine.tree.extent
-        if closes or self.question.machine is not None or len(machine.tree.loop_joints) > MOST_JOINTS:
+        machine, said = self.machine, describe_closures(self.model)
+        closes = machine.misfit <= NUMBER_TOLERANCE * machine.tree.extent
+        if closes or self.question.machine is not None or len(machine.tree.loop_joints) > MAX_SEARCHED_JOINTS:
             return said
         found = explain_immobility(machine.tree, machine.laws, machine.held, machine.knots[0].coordinates)
         return f"{said}{'; ' if said else ''}its closures contradict each other: {describe_corrections(found)}"
 
-    def _begins(self) -> OpenStart | None:
+    def _open_start(self) -> OpenStart | None:
         """Loops that are open where the file's own run starts."""
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         return open_start(self.model, data, self.machine.tree.extent, start_words(self.model, key))
@@ -229,17 +232,19 @@ class _Bench:
     def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
         """The cheapest run that is within the tolerance asked for, if any."""
         allowed = self.question.tolerance
-        within = [run for run in runs if allowed and run.cost is not None and run.within(allowed)]
+        within = [run for run in runs if allowed and run.cost is not None and run.is_within(allowed)]
         return min(within, key=lambda run: run.cost or math.inf, default=None)
 
-    def _compared(self, machine: SpatialTree | None, motion: SpatialMotion, travel: float) -> Comparison | None:
+    def _compare_with_machine(
+        self, machine: SpatialTree | None, motion: SpatialMotion, travel: float
+    ) -> MachineComparison | None:
         """Against the machine that it is to be, and its closed form where it has one."""
         if machine is None or (name := self.question.machine) is None:
             return None
         driven = self.machine
         off = inactive_closures(self.model)
-        found = compared(name, driven.tree, machine, driven.laws, driven.held, motion, off)
-        found = replace(found, loads=tuple(load_changes(driven.tree, machine)))
+        found = compare_with_machine(name, driven.tree, machine, driven.laws, driven.held, motion, off)
+        found = replace(found, loads=tuple(list_load_differences(driven.tree, machine)))
         if name not in MACHINES:
             return found
         laws = {joint: law.derivatives(motion.times)[:3] for joint, law in driven.laws.items()}
@@ -271,33 +276,35 @@ class _Bench:
         """A run with a step so many times finer than the model's own, compared with the exact motion."""
         step = float(self.model.opt.timestep) / finer
         count = int(self.seconds / step + 1e-9)
-        if not 2 <= count <= MOST_STEPS:
-            return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MOST_STEPS:,} are made")
-        every = max(1, count // SAMPLES)
+        if not 2 <= count <= MAX_STEPS:
+            return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MAX_STEPS:,} are made")
+        every = max(1, count // MAX_SAMPLES)
         motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
-        model = self._with(label, step)
+        model = self._with_settings(label, step)
         recorded = driven_run(self.machine, model, motion, self.points, every)
         exact = None if self._unknown_forces(recorded.acting) else forces(self.machine, motion)
-        found = errors_of(label, step, recorded, motion, self.machine, exact, travel)
+        found = judge_run(label, step, recorded, motion, self.machine, exact, travel)
         return replace(found, acting=recorded.acting, reason=add_obstacles(found.reason, recorded.acting))
 
-    def _with(self, label: str, step: float) -> mujoco.MjModel:
+    def _with_settings(self, label: str, step: float) -> mujoco.MjModel:
         return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))
 
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset's settings over that with the model's own, measured in turns."""
         start, steppers = self.machine.motion(np.zeros(1)), {}
         for label in LABELS:
-            model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
+            model = (
+                copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
+            )
             model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION  # in the runs the drives hold against it
             data = mujoco.MjData(model)
-            start_state(data, start)
+            set_exact_state(data, start)
             steppers[label] = looping_stepper(model, state_of(model, data), 100)
         return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
 
-    def _shipped(self, travel: float, label: str = OWN) -> ShippedRun:
+    def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
         """The file as it is, with the controls that are asked for; or with a preset's settings at its own step."""
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         words = start_words(self.model, key, data.ctrl.tolist())
-        model = copy.copy(self.model) if label == OWN else self._with(label, float(self.model.opt.timestep))
+        model = copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
         return shipped_run(self.machine.tree, model, data, self.seconds, words, travel)

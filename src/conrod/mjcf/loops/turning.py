@@ -26,15 +26,15 @@ from conrod.own.models.loading import (
     load_model,
     name_or_number,
 )
-from conrod.own.models.request import Question
+from conrod.own.models.request import ModelRequest
 
-SAMPLES = 180  # in a turn
-TURN = 2.0 * np.pi * (1.0 - 1e-9)
+TURN_SAMPLES = 180  # in a turn
+ALMOST_REVOLUTION = 2.0 * np.pi * (1.0 - 1e-9)
 # Of the model's extent: how far the distance of two geoms is looked for, how far a follower is nudged to see it
 # change (the single precision of meshes makes it rough below), and what is no distance.
-FAR, NUDGE, TOUCHING = 1e3, 1e-6, 1e-12
+MAX_GEOM_DISTANCE, NUDGE_SIZE, TOUCHING_DISTANCE = 1e3, 1e-6, 1e-12
 # Half of the way between two places of a follower, to take its rate from [rad of the crank].
-BESIDE = 1e-4
+RATE_INTERVAL = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class Turning:
             return self.machine.motion(times, order=1).coordinates
         poses = [self.start]
         for time in times:
-            poses.append(self._touched(poses[-1], float(time), self.touching))
+            poses.append(self._touching_pose(poses[-1], float(time), self.touching))
         return np.concatenate(poses[1:], axis=1)
 
     def state(self, time: float) -> tuple[Array, Array]:
@@ -82,13 +82,13 @@ class Turning:
         if self.touching is None:
             found = self.machine.motion(np.array([time]), order=1)
             return found.coordinates[:, 0], found.rates[0, :, 0]
-        steps = np.linspace(0.0, time, 2 + int(SAMPLES * time / TURN))
-        around = self.coordinates(np.array([*steps, time + BESIDE, time - BESIDE])).T[-3:]
+        steps = np.linspace(0.0, time, 2 + int(TURN_SAMPLES * time / ALMOST_REVOLUTION))
+        around = self.coordinates(np.array([*steps, time + RATE_INTERVAL, time - RATE_INTERVAL])).T[-3:]
         rates = np.empty(self.model.nv)
-        mujoco.mj_differentiatePos(self.model, rates, 2.0 * BESIDE, around[2], around[1])
+        mujoco.mj_differentiatePos(self.model, rates, 2.0 * RATE_INTERVAL, around[2], around[1])
         return around[0], rates
 
-    def _touched(self, coordinates: Array, time: float, geoms: tuple[int, int]) -> Array:
+    def _touching_pose(self, coordinates: Array, time: float, geoms: tuple[int, int]) -> Array:
         """The closed pose (nq, 1) near another in which two geoms just touch.
 
         Raises:
@@ -104,8 +104,8 @@ class Turning:
             mujoco.mj_kinematics(self.model, data)
             return distance(self.model, data, geoms)
 
-        secant_root(moved_by, 0.0, NUDGE * extent, TOUCHING * extent)
-        if abs(distance(self.model, data, geoms)) > NUDGE * extent:
+        secant_root(moved_by, 0.0, NUDGE_SIZE * extent, TOUCHING_DISTANCE * extent)
+        if abs(distance(self.model, data, geoms)) > NUDGE_SIZE * extent:
             names = " and ".join(name_or_number(self.model, "geom", geom) for geom in geoms)
             raise InvalidInput(f"{names} cannot be brought to touch {machine.describe_drives(time)}")
         return np.array(data.qpos)[:, None]
@@ -113,14 +113,14 @@ class Turning:
 
 def distance(model: mujoco.MjModel, data: mujoco.MjData, geoms: tuple[int, int]) -> float:
     """Signed distance of two geoms, in the model's unit of length."""
-    return float(mujoco.mj_geomDistance(model, data, *geoms, FAR * model.stat.extent, None))
+    return float(mujoco.mj_geomDistance(model, data, *geoms, MAX_GEOM_DISTANCE * model.stat.extent, None))
 
 
 # -- from a file -------------------------------------------------------------------------------------------------------
 
 
 @np.errstate(all="ignore")  # of numbers that are nearly none, which are refused
-def prepare(path: Path, question: Question) -> Turning:
+def prepare_turning(path: Path, question: ModelRequest) -> Turning:
     """Load a model, find what was asked for and assemble it from the pose that is asked for, or its first that closes.
 
     Raises:
@@ -151,7 +151,7 @@ def prepare(path: Path, question: Question) -> Turning:
     made = Turning(model, machine, crank, points, start, count_mobility(machine))
     _check_freedom(made, question)
     if question.contacts and made.freedom.remaining_dof > question.mobility:
-        return replace(made, touching=_geoms(made))
+        return replace(made, touching=_nearest_geoms(made))
     if question.span is not None:
         return _one_pass(made, question.width)
     machine.track_branch(start, 2.0 * np.pi)
@@ -168,7 +168,7 @@ def _one_pass(made: Turning, width: float) -> Turning:
     Raises:
         InvalidInput: that is less than the pass; names the poses where it ends.
     """
-    (back, lowest, low), (ahead, _, high) = (_gone(made, sense, width) for sense in (-1.0, 1.0))
+    (back, lowest, low), (ahead, _, high) = (_reachable_travel(made, sense, width) for sense in (-1.0, 1.0))
     if back + ahead < width * (1.0 - 1e-9):
         raise InvalidInput(
             f"its crank goes from {low} to {high} alone, {np.degrees(back + ahead):.5g} deg: the pass of the machine "
@@ -180,7 +180,7 @@ def _one_pass(made: Turning, width: float) -> Turning:
     return replace(made, machine=machine, start=lowest, reach=(back, ahead))
 
 
-def _gone(made: Turning, sense: float, width: float) -> tuple[float, Array, str]:
+def _reachable_travel(made: Turning, sense: float, width: float) -> tuple[float, Array, str]:
     """How far [rad] the crank goes one way, at most a width, the pose (nq, 1) there, and its coordinate in words."""
     law = parse_drive_law(f"{sense!r}rad/s", "rad", made.first, made.crank.name)
     machine = DrivenTree(made.machine.tree, {made.crank.name: law})
@@ -193,7 +193,7 @@ def _gone(made: Turning, sense: float, width: float) -> tuple[float, Array, str]
     return time, there, f"{np.degrees(there[made.crank.coordinate, 0]):.5g} deg"
 
 
-def _check_freedom(made: Turning, question: Question) -> None:
+def _check_freedom(made: Turning, question: ModelRequest) -> None:
     """Refuse a model of another mobility than the machine's, and name what moves or is held.
 
     A higher pair takes one freedom, when it touches: the closures alone may leave so many more.
@@ -210,7 +210,7 @@ def _check_freedom(made: Turning, question: Question) -> None:
         check_drives(made.machine, made.start)
 
 
-def _geoms(made: Turning) -> tuple[int, int]:
+def _nearest_geoms(made: Turning) -> tuple[int, int]:
     """The nearest pair of a geom that turns with the crank and a movable one that does not.
 
     Raises:

@@ -1,1 +1,1 @@
-"""A user's own MuJoCo model against the exact motion of a scene."""
+"""Compare a user's own MuJoCo model with the exact motion of a scene."""

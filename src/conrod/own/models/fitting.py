@@ -1,4 +1,4 @@
-"""Least squares of exact paths against those that a model's points describe."""
+"""Least-squares fit of a machine's exact paths to the paths of a model's points."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from scipy.optimize import least_squares
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
 from conrod.exact.motion import Array
-from conrod.own.models.frame import UNITS, GivenFrame, View
+from conrod.own.models.frame import UNITS, GivenFrame, PlaneView
 from conrod.own.models.references import (
     ALL_LENGTHS,
     length_names,
     length_of,
     on_branch,
     paths_of,
-    returns,
+    returns_after_turn,
     with_lengths,
 )
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
-DIFFERENCE = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
+DIFFERENCE_STEP = 1e-6  # of a coordinate's size, for central differences: they are right to 1e-10
 # A step that gains less than this share of the squares is the last; so is one that is rounding.
-GAIN, ROUNDING = 2e-3, 1e-15
-ALIKE = 1e-9  # of the points' lengths: distances that differ by less are none
+MIN_GAIN, ROUNDING = 2e-3, 1e-15
+SAME_DISTANCE = 1e-9  # of the points' lengths: distances that differ by less are none
 
 
 @dataclass(frozen=True)
-class Search:
-    """A model's paths in a view, to be explained by the machine's.
+class PathSearch:
+    """A model's paths in one view, with the machine that is to explain them.
 
     Attributes:
         given: parts of the frame that are not fitted.
@@ -43,7 +43,7 @@ class Search:
 
     scene: Scene
     scan: Scan
-    view: View
+    view: PlaneView
     given: GivenFrame
     branch: GenericReference | None = None
 
@@ -54,38 +54,38 @@ class Search:
 
     @cached_property
     def paths(self) -> Array:
-        """Complex paths (P, T) around the crank's axis, in the model's unit."""
-        return np.array([self.view.flat(positions - self.scan.anchor) for positions in self.scan.positions])
+        """Paths of the points (P, T) around the crank's axis, as complex numbers, in the model's unit."""
+        return np.array([self.view.as_complex(positions - self.scan.anchor) for positions in self.scan.positions])
 
     @cached_property
     def links(self) -> Array:
-        """exp(i turn) of the link that each point is on (P, T), in the view."""
+        """exp(i rotation) of the link that each point is on (P, T), in the view."""
         return np.asarray(np.exp(1j * self.view.sense * self.scan.turns))
 
     @cached_property
     def norms(self) -> Array:
-        """Normalising length of each point (P, 1) [m]."""
+        """Normalising length L of each point (P, 1) [m]."""
         return np.array([[self.scene.lengths[name]] for name in self.scan.points])
 
     @cached_property
     def lengths(self) -> tuple[str, ...]:
-        """Names of the machine's lengths, without that of all together."""
+        """Names of the machine's length parameters, without `ALL_LENGTHS`."""
         return tuple(name for name in length_names(self.scene) if name != ALL_LENGTHS)
 
     def exact(self, reference: ExactReference, angle: Array) -> Array:
-        """Paths (P, T) of a machine's points, on the branch that is searched, at crank angles (T,)."""
+        """Exact paths of the points (P, T), as complex numbers [m], on the searched branch, at crank angles (T,)."""
         return paths_of(on_branch(reference, self.branch), self.scan.points)(angle)
 
 
 @dataclass(frozen=True)
-class Fit:
-    """A machine laid over a model's paths, with the document's frame in the view.
+class FrameFit:
+    """A machine fitted to a model's paths, with the frame of the scene's document in the view.
 
     Attributes:
         displacements: movement of each point on its link (P,), complex [m], that puts it where it should be.
     """
 
-    search: Search
+    search: PathSearch
     machine: ExactReference
     rotation: float
     zero: float
@@ -94,7 +94,7 @@ class Fit:
 
     @cached_property
     def distances(self) -> Array:
-        """Remaining distance of each point's path (P, T), complex, over the point's length."""
+        """Remaining distance of each point's path from the exact one (P, T), complex, over the point's length."""
         search = self.search
         exact = search.exact(self.machine, search.sense * (search.scan.coordinate - self.zero))
         turned = self.unit * np.exp(-1j * self.rotation) * search.paths
@@ -103,7 +103,7 @@ class Fit:
 
     @property
     def largest(self) -> float:
-        """Largest distance of a point from where it should be, over its length."""
+        """Largest distance of a point from its exact position, over the point's length."""
         return float(np.abs(self.distances).max())
 
     @property
@@ -111,8 +111,8 @@ class Fit:
         """Root mean square of the distances."""
         return float(np.sqrt(np.mean(np.abs(self.distances) ** 2)))
 
-    def refined(self, lengths: Sequence[str] = (), points: Sequence[str] = ()) -> Fit:
-        """The frame and the machine that leave the least squares: of the frame, lengths, and places of points.
+    def refine(self, lengths: Sequence[str] = (), points: Sequence[str] = ()) -> FrameFit:
+        """Fit the free parts of the frame, some lengths and the places of some points by least squares.
 
         Raises:
             InvalidInput: there are no distances at the start, or it leads to no machine.
@@ -127,8 +127,8 @@ class Fit:
         places, scale = self.displacements[rows], np.array(sizes + [size] * (2 * len(rows)))
         origin = np.concatenate([values, places.real, places.imag])
 
-        def at(steps: Array) -> Fit:
-            """So many sizes of each unknown from the start."""
+        def fit_at(steps: Array) -> FrameFit:
+            """The fit at given steps of the unknowns from the start, each in units of its size."""
             turned, own, placed = np.split(origin + scale * steps, np.cumsum([len(frame), len(lengths)]))
             moved, half = self.displacements.copy(), len(rows)
             moved[rows] = placed[:half] + 1j * placed[half:]
@@ -136,42 +136,46 @@ class Fit:
             machine = with_lengths(scene, lengths, own) if lengths else self.machine
             return replace(self, machine=machine, displacements=moved, **there)
 
-        def left(steps: Array) -> Array:
+        def distances_at(steps: Array) -> Array:
             """Distances (2 P T,), real and imaginary parts."""
-            flat = at(steps).distances.ravel()
+            flat = fit_at(steps).distances.ravel()
             return np.concatenate([flat.real, flat.imag])
 
         def residuals(steps: Array) -> Array:
+            """Distances; NaN where the step leads to no machine, so that the solver shortens it."""
             try:
-                return left(steps)
+                return distances_at(steps)
             except InvalidInput:  # a step that leads there is shortened
                 return np.full(count, np.nan)
 
-        def slopes(steps: Array) -> Array:
-            ways = DIFFERENCE * np.eye(len(steps))
-            return np.column_stack([(left(steps + by) - left(steps - by)) / (2.0 * DIFFERENCE) for by in ways])
+        def jacobian(steps: Array) -> Array:
+            """Jacobian of the distances by central differences."""
+            ways = DIFFERENCE_STEP * np.eye(len(steps))
+            return np.column_stack(
+                [(distances_at(steps + by) - distances_at(steps - by)) / (2.0 * DIFFERENCE_STEP) for by in ways]
+            )
 
         steps = np.zeros(len(origin))
-        count = len(left(steps))
+        count = len(distances_at(steps))
         if len(steps):
-            steps = least_squares(residuals, steps, jac=slopes, ftol=GAIN, xtol=ROUNDING, gtol=ROUNDING).x
-        return at(steps)
+            steps = least_squares(residuals, steps, jac=jacobian, ftol=MIN_GAIN, xtol=ROUNDING, gtol=ROUNDING).x
+        return fit_at(steps)
 
 
-def fit_frame(search: Search) -> Fit:
-    """The frame in which the scene's paths fit the observed ones best; what is given of it is kept."""
-    coarse = _coarse(search)
+def fit_frame(search: PathSearch) -> FrameFit:
+    """Fit the frame in which the scene's paths are nearest to the model's; given parts of it are kept."""
+    coarse = _fit_coarsely(search)
     unit = min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
-    return replace(coarse, unit=unit).refined()
+    return replace(coarse, unit=unit).refine()
 
 
-def _coarse(search: Search) -> Fit:
-    """The best of as many crank zeros as there are samples; rotation and unit then follow from a linear problem."""
+def _fit_coarsely(search: PathSearch) -> FrameFit:
+    """Try every sample as the crank's zero; rotation and unit then follow from a linear problem."""
     given, sense, coordinate, norms = search.given, search.sense, search.scan.coordinate, search.norms
     span, count = search.scene.kinematics.mechanism.driver.span, len(coordinate)
     if span is not None:
-        return _coarse_pass(search, span)
-    if given.zero is None and not returns(search.scene):
+        return _fit_pass_coarsely(search, span)
+    if given.zero is None and not returns_after_turn(search.scene):
         # Each turn is another: the samples may be of the first one, or begin in the one before.
         spacing = float(coordinate[1] - coordinate[0])
         around: Array = np.asarray(sense * spacing * np.arange(1 - count, count), dtype=float)
@@ -184,11 +188,11 @@ def _coarse(search: Search) -> Fit:
     else:
         tried = [(given.zero, search.exact(search.scene, sense * (coordinate - given.zero)) / norms)]
 
-    return min((_placed(search, zero, exact) for zero, exact in tried), key=lambda one: one[0])[1]
+    return min((_fit_rotation_and_unit(search, zero, exact) for zero, exact in tried), key=lambda one: one[0])[1]
 
 
-def _coarse_pass(search: Search, span: tuple[float, float]) -> Fit:
-    """The best part of a model's way that is as long as the machine's pass."""
+def _fit_pass_coarsely(search: PathSearch, span: tuple[float, float]) -> FrameFit:
+    """Fit the machine's one pass to each part of the model's travel that is as long."""
     begin, end = span
     given, sense, scan, coordinate = search.given, search.sense, search.scan, search.scan.coordinate
     count = round((end - begin) / float(coordinate[1] - coordinate[0]))
@@ -204,19 +208,19 @@ def _coarse_pass(search: Search, span: tuple[float, float]) -> Fit:
         if given.zero is not None:
             zero = given.zero + 2.0 * np.pi * round((zero - given.zero) / (2.0 * np.pi))
         part = replace(scan, coordinate=coordinate[rows], positions=scan.positions[:, rows], turns=scan.turns[:, rows])
-        tried.append(_placed(replace(search, scan=part), zero, exact / search.norms))
+        tried.append(_fit_rotation_and_unit(replace(search, scan=part), zero, exact / search.norms))
     # Of a point on a circle every part of the way is alike: the one that needs no rotation is meant.
     least = min(rms for rms, _ in tried)
-    alike = [fit for rms, fit in tried if rms <= 2.0 * least + ALIKE]
+    alike = [fit for rms, fit in tried if rms <= 2.0 * least + SAME_DISTANCE]
     return min(alike, key=lambda fit: abs(np.remainder(fit.rotation + np.pi, 2.0 * np.pi) - np.pi))
 
 
-def _placed(search: Search, zero: float, exact: Array) -> tuple[float, Fit]:
-    """Rotation and unit that lay a model's paths over exact ones (P, T), in lengths of the points, and what is left."""
+def _fit_rotation_and_unit(search: PathSearch, zero: float, exact: Array) -> tuple[float, FrameFit]:
+    """Fit rotation and unit of length to exact paths (P, T); return the rms distance and the fit."""
     given, weighted = search.given, search.paths / search.norms
     factor = complex(np.sum(exact * np.conj(weighted))) / float(np.sum(np.abs(weighted) ** 2))
     rotation = -float(np.angle(factor)) if given.rotation is None else given.rotation
     unit = max(float((factor * np.exp(1j * rotation)).real), 1e-12)
     left = unit * np.exp(-1j * rotation) * weighted - exact
     rms = float(np.sqrt(np.mean(np.abs(left) ** 2)))
-    return rms, Fit(search, search.scene, rotation, zero, unit, np.zeros(len(left), dtype=complex))
+    return rms, FrameFit(search, search.scene, rotation, zero, unit, np.zeros(len(left), dtype=complex))

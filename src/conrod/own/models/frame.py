@@ -13,16 +13,16 @@ from conrod.exact.motion import Array
 # Units of length that a model may be in: their size [m].
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 # The usual ways to look at a plane, x to the right or y and z up: first and second direction of the picture.
-USUAL = {"x": "yz", "y": "xz", "z": "xy"}
-UNIT = dict(zip("xyz", np.eye(3), strict=True))
+USUAL_VIEWS = {"x": "yz", "y": "xz", "z": "xy"}
+UNIT_VECTORS = dict(zip("xyz", np.eye(3), strict=True))
 PLANE = re.compile(r"([+-]?)([xyz])([+-]?)([xyz])")
 # A crank's axis this close to an axis of the frame is meant to be it.
-ALIGNED = 1e-6
+ALIGNMENT_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class View:
-    """A plane of motion, seen from one of its sides: unit vectors (3,) to the right and up in the picture.
+class PlaneView:
+    """A plane of motion seen from one of its sides: unit vectors (3,) to the right and up in the picture.
 
     Attributes:
         name: of the plane by its two directions: xz is x to the right and z up, -xz the same from behind.
@@ -34,14 +34,14 @@ class View:
     up: tuple[float, float, float]
     sense: int
 
-    def flat(self, vectors: Array) -> Array:
-        """Vectors (T, 3) as complex numbers (T,) of the picture."""
+    def as_complex(self, vectors: Array) -> Array:
+        """Project vectors (T, 3) to complex numbers (T,) of the picture."""
         return np.asarray(vectors @ np.array(self.right) + 1j * (vectors @ np.array(self.up)))
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Transformation from a model's coordinates to the document's.
+    """Transformation from a model's coordinates to those of the scene's document.
 
     Attributes:
         sense: +1 if the crank angle grows with the hinge's coordinate.
@@ -52,7 +52,7 @@ class Frame:
         shaft: where the crank's axis is in the document's frame [m].
     """
 
-    view: View
+    view: PlaneView
     sense: int
     rotation: float
     zero: float
@@ -60,22 +60,22 @@ class Frame:
     anchor: tuple[float, float, float]
     shaft: tuple[float, float]
 
-    def turned(self, vectors: Array) -> Array:
-        """Differences of places, velocities or accelerations (T, 3), as (T, 2) of the document [m, m/s, ..]."""
-        flat = self.unit * np.exp(-1j * self.rotation) * self.view.flat(vectors)
+    def document_vectors(self, vectors: Array) -> Array:
+        """Transform relative positions, velocities or accelerations (T, 3) to the document's frame (T, 2)."""
+        flat = self.unit * np.exp(-1j * self.rotation) * self.view.as_complex(vectors)
         return np.column_stack([flat.real, flat.imag])
 
-    def placed(self, positions: Array) -> Array:
-        """Places (T, 3) as (T, 2) of the document [m]."""
-        return np.asarray(self.turned(positions - np.array(self.anchor)) + np.array(self.shaft))
+    def document_positions(self, positions: Array) -> Array:
+        """Transform positions (T, 3) to the document's frame (T, 2) [m]."""
+        return np.asarray(self.document_vectors(positions - np.array(self.anchor)) + np.array(self.shaft))
 
     def angle(self, coordinate: Array) -> Array:
-        """Crank angles [rad] of the hinge's coordinates."""
+        """Crank angles [rad] for coordinates of the crank's hinge."""
         return np.asarray(self.sense * (coordinate - self.zero))
 
     @property
     def unit_name(self) -> str:
-        """Of the unit of length."""
+        """Name of the unit of length, as mm."""
         return next((name for name, size in UNITS.items() if size == self.unit), f"{self.unit:g} m")
 
 
@@ -88,8 +88,8 @@ class GivenFrame:
     zero: float | None = None  # [rad]
 
 
-def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:
-    """Sides from which to look at the plane across a crank's axis, the likeliest first.
+def candidate_views(axis: Array, sense: int, plane: str | None) -> tuple[PlaneView, ...]:
+    """Sides from which the plane across a crank's axis may be seen, the most likely first.
 
     A plane is usually seen with x to the right and y or z up; and a hinge's coordinate usually grows with the crank
     angle. Where these are two views, either may be meant. A machine seen from behind is its own mirror image turning
@@ -103,25 +103,25 @@ def views(axis: Array, sense: int, plane: str | None) -> tuple[View, ...]:
         InvalidInput: the crank's axis is not across the plane.
     """
     if plane is not None:
-        return (_view(plane, axis),)
-    usual = _view(USUAL["xyz"[int(np.argmax(np.abs(axis)))]], axis)
-    return (usual,) if usual.sense == sense else (usual, _view(f"-{usual.name}", axis))
+        return (_parse_view(plane, axis),)
+    usual = _parse_view(USUAL_VIEWS["xyz"[int(np.argmax(np.abs(axis)))]], axis)
+    return (usual,) if usual.sense == sense else (usual, _parse_view(f"-{usual.name}", axis))
 
 
-def _view(plane: str, axis: Array) -> View:
-    """A plane by its directions to the right and up."""
+def _parse_view(plane: str, axis: Array) -> PlaneView:
+    """Build a view from its directions to the right and up, as `xz` or `-xz`."""
     parts = PLANE.fullmatch(plane)
     if parts is None or parts[2] == parts[4]:
         raise InvalidInput(f"--plane {plane}: give the directions to the right and up, e.g. xy, xz, yz, or -xz")
     right, up = (
-        UNIT[letter] * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.group(1, 2), parts.group(3, 4))
+        UNIT_VECTORS[letter] * (-1.0 if sign == "-" else 1.0) for sign, letter in (parts.group(1, 2), parts.group(3, 4))
     )
     across = np.cross(right, up)
-    if abs(abs(across @ axis) - 1.0) > ALIGNED:
+    if abs(abs(across @ axis) - 1.0) > ALIGNMENT_TOLERANCE:
         numbers = " ".join(f"{value:.4g}" for value in axis)
         raise InvalidInput(
             f"plane {plane}: the crank's axis ({numbers}) is not across it, so it is not that of the motion"
         )
     a, b, c = right.tolist()
     x, y, z = up.tolist()
-    return View(plane, (a, b, c), (x, y, z), 1 if across @ axis > 0.0 else -1)
+    return PlaneView(plane, (a, b, c), (x, y, z), 1 if across @ axis > 0.0 else -1)

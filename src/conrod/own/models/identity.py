@@ -1,4 +1,4 @@
-"""Identification of a model from its paths alone: frame, assembly branch and lengths."""
+"""Identify a model from its paths alone: frame, assembly branch and lengths."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
-from conrod.own.models.fitting import Fit, Search, fit_frame
-from conrod.own.models.frame import Frame, GivenFrame, views
+from conrod.own.models.fitting import FrameFit, PathSearch, fit_frame
+from conrod.own.models.frame import Frame, GivenFrame, candidate_views
 from conrod.own.models.references import (
     ALL_LENGTHS,
     length_names,
     length_of,
     on_branch,
     other_branches,
-    returns,
+    returns_after_turn,
     shaft_of,
 )
 from conrod.own.models.request import Scan
 from conrod.scenes import Scene
 
-MOST_TOGETHER = 3
+MAX_CHANGES = 3
 # Sets of one size are tried up to so many: each is a fit, and a mechanism file has dozens of lengths.
-MOST_SETS = 150
+MAX_CHANGE_SETS = 150
 
 
 @dataclass(frozen=True)
-class Length:
-    """One length as it is expected and as it is found [m]; of all lengths together the factor."""
+class FoundLength:
+    """One length as expected and as found in the model [m]; for `ALL_LENGTHS` the common factor."""
 
     name: str
     expected: float
@@ -41,13 +41,13 @@ class Length:
 
     @property
     def excess(self) -> float | None:
-        """Share by which it is too long; None for one that is expected to be zero."""
+        """Relative excess over the expected length; None if that is zero."""
         return None if self.expected == 0.0 else self.found / self.expected - 1.0
 
 
 @dataclass(frozen=True)
-class Misplaced:
-    """An observed point that is not where it should be on its link, and how far from there [m]."""
+class MisplacedPoint:
+    """An observed point that is not where it should be on its link, and its distance from there [m]."""
 
     point: str
     away: float
@@ -55,52 +55,52 @@ class Misplaced:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Lengths and places with which the exact paths lie over those of the model.
+    """Changed lengths and misplaced points with which the exact paths match those of the model.
 
     Attributes:
         left: largest distance that they leave, over the point's length.
     """
 
-    lengths: tuple[Length, ...]
-    misplaced: tuple[Misplaced, ...]
+    lengths: tuple[FoundLength, ...]
+    misplaced: tuple[MisplacedPoint, ...]
     left: float
 
 
 # Lengths, and points, that are not as expected.
-Change = tuple[tuple[str, ...], tuple[str, ...]]
+ChangeSet = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-def solutions(start: Fit, floor: float) -> list[tuple[Explanation, Fit]]:
-    """The smallest sets of changes that leave nothing, all of one size.
+def smallest_explanations(start: FrameFit, floor: float) -> list[tuple[Explanation, FrameFit]]:
+    """Find the smallest sets of changes that leave no distance; all that are of one size.
 
     Args:
         start: the frame that the expected lengths fit best.
         floor: a distance, over the point's length, that is nothing.
     """
-    for changes in _changes(start.search):
-        found = [one for change in changes if (one := _solved(start, change)) is not None]
+    for changes in _change_sets(start.search):
+        found = [one for change in changes if (one := _fit_change(start, change)) is not None]
         if enough := [one for one in found if one[0].left <= floor]:
             return sorted(enough, key=lambda one: len(one[0].misplaced))
     return []
 
 
-def _changes(search: Search) -> Iterator[list[Change]]:
-    """Sets of changes, more and more together; all lengths at last."""
-    single: list[Change] = [((name,), ()) for name in length_names(search.scene)]
+def _change_sets(search: PathSearch) -> Iterator[list[ChangeSet]]:
+    """Yield candidate sets of changes by growing size; all lengths together come last."""
+    single: list[ChangeSet] = [((name,), ()) for name in length_names(search.scene)]
     single += [((), (point,)) for point in search.scan.points]
-    for count in range(1, MOST_TOGETHER + 1):
-        if count > 1 and comb(len(single), count) > MOST_SETS:
+    for count in range(1, MAX_CHANGES + 1):
+        if count > 1 and comb(len(single), count) > MAX_CHANGE_SETS:
             break
         together = (tuple(zip(*some, strict=True)) for some in combinations(single, count))
         yield [(tuple(chain(*lengths)), tuple(chain(*points))) for lengths, points in together]
     yield [(search.lengths, ())]
 
 
-def _solved(start: Fit, change: Change) -> tuple[Explanation, Fit] | None:
-    """A change with the free parts of the frame, fitted; None where that leads to no machine."""
+def _fit_change(start: FrameFit, change: ChangeSet) -> tuple[Explanation, FrameFit] | None:
+    """Fit a set of changes together with the free parts of the frame; None if that leads to no machine."""
     (names, points), search, expected = change, start.search, start.search.scene
     try:
-        there = start.refined(names, points)
+        there = start.refine(names, points)
     except InvalidInput:
         return None
     scene: Any = there.machine
@@ -108,35 +108,35 @@ def _solved(start: Fit, change: Change) -> tuple[Explanation, Fit] | None:
     others = [n for n in search.lengths if n not in names and length_of(expected, n) != 0.0]
     factor = length_of(scene, others[0]) / length_of(expected, others[0]) if others else 1.0
     found = {name: factor if name == ALL_LENGTHS else length_of(scene, name) for name in names}
-    lengths = tuple(Length(name, length_of(expected, name), value) for name, value in found.items())
-    misplaced = tuple(Misplaced(point, away[point]) for point in points)
+    lengths = tuple(FoundLength(name, length_of(expected, name), value) for name, value in found.items())
+    misplaced = tuple(MisplacedPoint(point, away[point]) for point in points)
     return Explanation(lengths, misplaced, there.largest), there
 
 
 # Nothing is left to explain below this share of a point's travel: what the solution of a model's closures and its
 # compilation leave is 1e-12 and less.
-EXPLAINED = 1e-9
+EXPLAINED_DISTANCE = 1e-9
 # A model written with six digits cannot do better.
 DEFAULT_TOLERANCE = 1e-6
 # A shape's error is multiplied by this where the path is oblique to it.
-OBLIQUE = 3.0
+OBLIQUITY_FACTOR = 3.0
 # A point that leaves the plane by more than this share of the machine's travel is not in it.
-IN_PLANE = 1e-6
+PLANE_TOLERANCE = 1e-6
 # Of several views that fit alike, by this factor and beside this distance, the first is meant.
-ALIKE, NOTHING = 2.0, 1e-9
+ALIKE_FACTOR, NO_DISTANCE = 2.0, 1e-9
 # The other branch is meant where it leaves so little of what the own one does.
-CLEARLY_BETTER = 0.1
+OTHER_BRANCH_FACTOR = 0.1
 # Within this distance it is the machine with lengths a little off, and no other view or branch of it is looked for.
-NEAR = 1e-3
+OWN_BRANCH_DISTANCE = 1e-3
 # Grids of round angles: the coarser one where the data are worse, or some round value would always be near.
 COARSE_GRID, GRID = np.radians([15.0, 1.0])
 # A rounded value of the frame is the data's own where it leaves no more than this.
-AS_GOOD = 1.05
+MAX_ROUNDING_LOSS = 1.05
 
 
 @dataclass(frozen=True)
 class Identity:
-    """A model by its paths.
+    """What a model is by its paths: frame, branch, and lengths that differ.
 
     Attributes:
         frame: the document's frame in the model.
@@ -156,16 +156,16 @@ class Identity:
 
     @property
     def largest(self) -> float:
-        """Largest distance of a point from where it should be, over its length."""
+        """Largest distance of a point from its exact position, over the point's length."""
         return max(self.off_by.values())
 
     def is_machine(self, tolerance: float) -> bool:
-        """True if the model is the machine within a tolerance, over the point's length."""
+        """True if the model is the machine within a tolerance, relative to each point's length."""
         return not self.other_branch and self.largest <= max(tolerance, self.floor)
 
 
 def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, ExactReference]:
-    """Identify a model by a scan of it.
+    """Identify a model from a scan of its paths.
 
     Returns:
         Its identity, and the machine that moves as it does: with the lengths that were found, on its branch.
@@ -174,12 +174,12 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         InvalidInput: its plane of motion or its frame cannot be determined.
     """
     _check_plane(scan)
-    at = _chosen(scene, scan, given)
-    search, found = at.search, list[tuple[Explanation, Fit]]()
-    floor = max(EXPLAINED, at.unit * OBLIQUE * scan.shape_error / float(search.norms.min()))
-    if at.largest > floor and (found := solutions(at, floor)):
+    at = _fit_best_branch(scene, scan, given)
+    search, found = at.search, list[tuple[Explanation, FrameFit]]()
+    floor = max(EXPLAINED_DISTANCE, at.unit * OBLIQUITY_FACTOR * scan.shape_error / float(search.norms.min()))
+    if at.largest > floor and (found := smallest_explanations(at, floor)):
         at = found[0][1]
-    at = _rounded(at, floor)
+    at = _round_frame(at, floor)
     expected = replace(at, machine=scene, displacements=0.0 * at.displacements)
     # The same machine of those lengths, as it is assembled in the model.
     machine = on_branch(at.machine, search.branch)
@@ -196,23 +196,23 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     return identity, machine
 
 
-def _rounded(at: Fit, floor: float) -> Fit:
-    """Rotation and crank zero as round numbers, where those leave no more than the fitted ones."""
+def _round_frame(at: FrameFit, floor: float) -> FrameFit:
+    """Round rotation and crank zero to whole degrees where that fits as well."""
     grid = float(COARSE_GRID if at.largest > 1e-4 else GRID)
     for name in ("rotation", "zero"):
         given = getattr(at.search.given, name)
         # Where turns differ, or there is one pass, a turn more or less is another place.
-        wrapped = _wrapped if name == "rotation" or returns(at.search.scene) else float
+        wrapped = _wrap_angle if name == "rotation" or returns_after_turn(at.search.scene) else float
         value: Any = wrapped(getattr(at, name)) if given is None else getattr(at, name)
         round_value: Any = wrapped(grid * float(np.rint(value / grid)))
         rounded = replace(at, **{name: round_value})
-        is_round = given is None and rounded.rms <= max(AS_GOOD * at.rms, 1e-2 * floor)
+        is_round = given is None and rounded.rms <= max(MAX_ROUNDING_LOSS * at.rms, 1e-2 * floor)
         at = rounded if is_round else replace(at, **{name: value})
     return at
 
 
-def _wrapped(angle: float) -> float:
-    """In (-180, 180] degrees."""
+def _wrap_angle(angle: float) -> float:
+    """Wrap an angle to (-180, 180] deg [rad]."""
     turn = float(np.remainder(angle, 2.0 * np.pi))
     return turn - 2.0 * np.pi if turn > np.pi + 1e-12 else turn
 
@@ -223,31 +223,31 @@ def _check_plane(scan: Scan) -> None:
     if span == 0.0 or not np.isfinite(span):
         named = ", ".join(scan.points)
         raise InvalidInput(f"the crank turns and nothing moves, of {named}: the plane cannot be determined")
-    if scan.wander > IN_PLANE * max(span, 1.0):
+    if scan.wander > PLANE_TOLERANCE * max(span, 1.0):
         raise InvalidInput(
             f"the crank's axis itself moves, by {scan.wander:.3g} {unit} in a turn: there is no plane of motion; the "
             "crank is to turn about a fixed axis"
         )
     for name, positions in zip(scan.points, scan.positions, strict=True):
         away = float(np.ptp(positions @ scan.axis))
-        if away > IN_PLANE * span:
+        if away > PLANE_TOLERANCE * span:
             raise InvalidInput(
                 f"{name} leaves the plane across the crank's axis by {away:.3g} {unit}: the plane of motion cannot be "
                 "determined"
             )
 
 
-def _chosen(scene: Scene, scan: Scan, given: GivenFrame) -> Fit:
-    """View and assembly branch of the model: the machine's own branch unless another one is clearly nearer."""
-    seen_from = views(scan.axis, scene.mechanism().driver.sense, given.plane)
+def _fit_best_branch(scene: Scene, scan: Scan, given: GivenFrame) -> FrameFit:
+    """Fit view and assembly branch: the machine's own branch unless another is clearly nearer."""
+    seen_from = candidate_views(scan.axis, scene.mechanism().driver.sense, given.plane)
 
-    def best(branch: GenericReference | None) -> Fit:
-        tried = [fit_frame(Search(scene, scan, view, given, branch)) for view in seen_from]
+    def best(branch: GenericReference | None) -> FrameFit:
+        tried = [fit_frame(PathSearch(scene, scan, view, given, branch)) for view in seen_from]
         least = min(fit.rms for fit in tried)
-        return next(fit for fit in tried if fit.rms <= ALIKE * least + NOTHING)
+        return next(fit for fit in tried if fit.rms <= ALIKE_FACTOR * least + NO_DISTANCE)
 
     own = best(None)
-    if own.largest <= NEAR:
+    if own.largest <= OWN_BRANCH_DISTANCE:
         return own
     other = min(map(best, other_branches(scene)), key=lambda one: one.rms, default=own)
-    return other if other.rms < CLEARLY_BETTER * own.rms else own
+    return other if other.rms < OTHER_BRANCH_FACTOR * own.rms else own

@@ -1,4 +1,4 @@
-"""Links of a model and of a planar machine side by side: what differs between them, whether the model can move or not.
+"""Compare the links of a model with those of a planar machine, whether the model can move or not.
 
 A model that cannot turn has no paths to be known by. Its links are compared instead: both machines are graphs of links,
 joined by pins and slides. One graph is laid over the other, crank on crank, and the distances on each are compared.
@@ -16,13 +16,13 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Prismatic, Revolute
 from conrod.own.models.frame import UNITS
 
-SAME = 1e-6  # of the machine's size: numbers of a file with six digits
-MOST_MATCHES = 2000  # ways of laying one graph over the other that are looked at
+NUMBER_TOLERANCE = 1e-6  # of the machine's size: numbers of a file with six digits
+MAX_MATCHES = 2000  # ways of laying one graph over the other that are looked at
 
 
 @dataclass(frozen=True)
 class LinkDifference:
-    """A distance on a link that is another one than the machine's [m]."""
+    """A distance on a link that differs from the machine's [m]."""
 
     link: str
     ends: tuple[str, str]
@@ -43,7 +43,7 @@ class LinkDifference:
 
 @dataclass(frozen=True)
 class SlideTilt:
-    """A slide whose line makes another angle with the pins of its link than the machine's [rad]."""
+    """A slide whose angle to the pins of its link differs from the machine's [rad]."""
 
     slide: str
     link: str
@@ -56,8 +56,8 @@ class SlideTilt:
 
 
 @dataclass
-class Link:
-    """A rigid part in a plane of its own.
+class PlanarLink:
+    """A rigid part, in a plane of its own coordinates.
 
     Attributes:
         pins, points: places (2,) of its pins and observed points, by name.
@@ -70,7 +70,7 @@ class Link:
 
 
 @dataclass(frozen=True)
-class Edge:
+class PlanarJoint:
     """A pin or a slide between two links."""
 
     name: str
@@ -80,29 +80,29 @@ class Edge:
 
 @dataclass
 class LinkGraph:
-    """Links by name, and what joins them."""
+    """Links by name, and the joints between them."""
 
     crank: str
-    links: dict[str, Link] = field(default_factory=dict)
-    edges: list[Edge] = field(default_factory=list)
+    links: dict[str, PlanarLink] = field(default_factory=dict)
+    edges: list[PlanarJoint] = field(default_factory=list)
 
-    def link(self, name: str) -> Link:
-        """The link of a name, made where it is new."""
-        return self.links.setdefault(name, Link())
+    def link(self, name: str) -> PlanarLink:
+        """The link of a name; a new one is added."""
+        return self.links.setdefault(name, PlanarLink())
 
     def pin(self, name: str, one: str, other: str, places: tuple[Array, Array]) -> None:
-        """Join two links by a pin at its places (2,) on both."""
-        self.edges.append(Edge(name, "pin", (one, other)))
+        """Join two links by a pin at its place (2,) on each."""
+        self.edges.append(PlanarJoint(name, "pin", (one, other)))
         self.link(one).pins[name], self.link(other).pins[name] = places
 
     def slide(self, name: str, one: str, other: str, lines: tuple[tuple[Array, Array], tuple[Array, Array]]) -> None:
-        """Join two links by a slide along its line on both."""
-        self.edges.append(Edge(name, "slide", (one, other)))
+        """Join two links by a slide along its line on each."""
+        self.edges.append(PlanarJoint(name, "slide", (one, other)))
         self.link(one).lines[name], self.link(other).lines[name] = lines
 
 
 def graph_of(mechanism: Mechanism) -> LinkGraph | None:
-    """Links of a planar machine of pins and slides; None of one with other joints."""
+    """Build the link graph of a planar machine of pins and slides; None if it has other joints."""
     made = LinkGraph(mechanism.crank)
     for joint in mechanism.joints:
         match joint:
@@ -122,41 +122,42 @@ def graph_of(mechanism: Mechanism) -> LinkGraph | None:
 # -- one laid over the other -------------------------------------------------------------------------------------------
 
 
-def differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifference | SlideTilt, ...] | None:
-    """Tilts and distances on the model's links that are not the machine's, the largest first; None for other links.
+def link_differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifference | SlideTilt, ...] | None:
+    """Tilts and distances on the model's links that differ from the machine's; None if the links do not match.
 
     Of several ways of laying the model over the machine the one with the fewest differences counts. The model's unit of
     length is the one in which most distances are the machine's.
     """
     found = [
         _differences_of(model, machine, match, unit)
-        for match in islice(_matches(model, machine), MOST_MATCHES)
+        for match in islice(_graph_matches(model, machine), MAX_MATCHES)
         for unit in UNITS.values()
     ]
-    best = min(found, key=lambda some: (len(some[0]), sum(map(_share, some[0]))), default=None)
+    best = min(found, key=lambda some: (len(some[0]), sum(map(_log_ratio, some[0]))), default=None)
     if best is None:
         return None
     distances, tilts = best
     # A point at a pin has the pin's distances.
     alike = {(one.link, f"{one.found:.9g}", f"{one.expected:.9g}"): one for one in reversed(distances)}
-    return *tilts, *sorted(alike.values(), key=_share, reverse=True)
+    return *tilts, *sorted(alike.values(), key=_log_ratio, reverse=True)
 
 
-def _share(one: LinkDifference) -> float:
-    """How far a distance is off, in orders of e."""
+def _log_ratio(one: LinkDifference) -> float:
+    """Absolute logarithm of the ratio of a found to an expected distance."""
     return abs(float(np.log(max(one.found, 1e-12) / max(one.expected, 1e-12))))
 
 
 Match = tuple[Mapping[str, str], Mapping[str, str]]  # links and joints of the machine to those of the model
 
 
-def _matches(model: LinkGraph, machine: LinkGraph) -> Iterator[Match]:
-    """Lay the machine's joints over the model's one by one, so that links fall on links and points on points."""
+def _graph_matches(model: LinkGraph, machine: LinkGraph) -> Iterator[Match]:
+    """Match the machine's joints to the model's one by one, so that links and points correspond."""
     if len(model.edges) != len(machine.edges) or len(model.links) != len(machine.links):
         return
-    order = _outwards(machine)
+    order = _order_outwards(machine)
 
-    def laid(at: int, links: dict[str, str], joints: dict[str, str]) -> Iterator[Match]:
+    def extend_match(at: int, links: dict[str, str], joints: dict[str, str]) -> Iterator[Match]:
+        """Match the joint number `at` and all after it, given the links and joints matched so far."""
         if at == len(order):
             yield links, joints
             return
@@ -165,15 +166,15 @@ def _matches(model: LinkGraph, machine: LinkGraph) -> Iterator[Match]:
             if other.kind != edge.kind or other.name in joints.values():
                 continue
             for ends in (other.links, other.links[::-1]):
-                more = _laid_links(links, edge.links, ends)
+                more = _match_ends(links, edge.links, ends)
                 if more is not None and _carries_points(model, machine, more):
-                    yield from laid(at + 1, more, {**joints, edge.name: other.name})
+                    yield from extend_match(at + 1, more, {**joints, edge.name: other.name})
 
-    yield from laid(0, {GROUND: GROUND, machine.crank: model.crank}, {})
+    yield from extend_match(0, {GROUND: GROUND, machine.crank: model.crank}, {})
 
 
-def _laid_links(links: Mapping[str, str], ends: tuple[str, str], others: tuple[str, str]) -> dict[str, str] | None:
-    """The links with two more; None where one of them is on, or under, another one."""
+def _match_ends(links: Mapping[str, str], ends: tuple[str, str], others: tuple[str, str]) -> dict[str, str] | None:
+    """Extend a matching of links by the two ends of a joint; None if that contradicts the matching."""
     made = dict(links)
     for end, other in zip(ends, others, strict=True):
         if made.get(end, other) != other or (end not in made and other in made.values()):
@@ -183,14 +184,14 @@ def _laid_links(links: Mapping[str, str], ends: tuple[str, str], others: tuple[s
 
 
 def _carries_points(model: LinkGraph, machine: LinkGraph, links: Mapping[str, str]) -> bool:
-    """True if observed points that both have are on links that are laid over each other."""
+    """True if each observed point is on matching links."""
     place = {point: name for name, link in model.links.items() for point in link.points}
     return all(place.get(p, on) == on for name, on in links.items() for p in machine.links[name].points)
 
 
-def _outwards(machine: LinkGraph) -> list[Edge]:
-    """Joints in an order in which each has a link that one before it has, as far as there is one."""
-    known, left, order = {GROUND, machine.crank}, list(machine.edges), list[Edge]()
+def _order_outwards(machine: LinkGraph) -> list[PlanarJoint]:
+    """Order joints outwards from ground and crank, each connected to an earlier one where possible."""
+    known, left, order = {GROUND, machine.crank}, list(machine.edges), list[PlanarJoint]()
     while left:
         edge = next((edge for edge in left if known & {*edge.links}), left[0])
         left.remove(edge)
@@ -202,32 +203,33 @@ def _outwards(machine: LinkGraph) -> list[Edge]:
 def _differences_of(
     model: LinkGraph, machine: LinkGraph, match: Match, unit: float
 ) -> tuple[list[LinkDifference], list[SlideTilt]]:
+    """Differences of a model under one matching and one unit of length."""
     links, joints = match
     names = {theirs: mine for mine, theirs in joints.items()}
     own = LinkGraph(machine.crank)
     for name, theirs in links.items():
-        own.links[name] = _renamed(model.links[theirs], names)
+        own.links[name] = _rename_joints(model.links[theirs], names)
     own.edges = machine.edges
     expected, found = dict(_distances(machine)), dict(_distances(own))
     size = max(expected.values(), default=1.0)
     distances = [
         LinkDifference(link, (one, other), unit * found[link, one, other], right)
         for (link, one, other), right in expected.items()
-        if (link, one, other) in found and abs(unit * found[link, one, other] - right) > SAME * size
+        if (link, one, other) in found and abs(unit * found[link, one, other] - right) > NUMBER_TOLERANCE * size
     ]
     angles, own_angles = dict(_angles(machine)), dict(_angles(own))
     off = {place: abs(own_angles.get(place, angle) - angle) for place, angle in angles.items()}
-    return distances, [SlideTilt(*place, angle) for place, angle in off.items() if angle > SAME]
+    return distances, [SlideTilt(*place, angle) for place, angle in off.items() if angle > NUMBER_TOLERANCE]
 
 
-def _renamed(link: Link, names: Mapping[str, str]) -> Link:
+def _rename_joints(link: PlanarLink, names: Mapping[str, str]) -> PlanarLink:
     """A model's link with the machine's names of its joints."""
     pins = {names[name]: place for name, place in link.pins.items()}
-    return Link(pins, link.points, {names[name]: line for name, line in link.lines.items()})
+    return PlanarLink(pins, link.points, {names[name]: line for name, line in link.lines.items()})
 
 
 def _distances(graph: LinkGraph) -> Iterator[tuple[tuple[str, str, str], float]]:
-    """Distances between pins and points of each link, and of pins from the lines that the pins beyond a slide take.
+    """Distances between pins and points of each link, and between pins on both sides of a slide, across it.
 
     A pin p moves along the slide at a distance s(p) from the line on its own link; seen from the other link that is a
     parallel line, from which a pin q is |s(q) - s(p)| away. Which line the slide is drawn on does not matter then.
@@ -237,13 +239,13 @@ def _distances(graph: LinkGraph) -> Iterator[tuple[tuple[str, str, str], float]]
         for (one, first), (other, second) in combinations(places, 2):
             yield (name, one, other), float(np.linalg.norm(first - second))
     for edge in (edge for edge in graph.edges if edge.kind == "slide"):
-        sides = [_from_line(graph.links[name], edge.name) for name in edge.links]
+        sides = [_line_distances(graph.links[name], edge.name) for name in edge.links]
         for (one, near), (other, far) in product(sides[0].items(), sides[1].items()):
             yield (edge.name, f"pin {one}", f"the line of pin {other}"), abs(near - far)
 
 
 def _angles(graph: LinkGraph) -> Iterator[tuple[tuple[str, str], float]]:
-    """Angle [rad], up to a right one, between the line of each slide and its link's two pins furthest apart."""
+    """Angle [rad], from 0 to 90 deg, between each slide's line and its link's two pins furthest apart."""
     for link, one in sorted(graph.links.items()):
         ways = [b - a for (_, a), (_, b) in combinations(sorted(one.pins.items()), 2)]
         if ways and np.linalg.norm(way := max(ways, key=lambda way: float(np.linalg.norm(way)))) > 0.0:
@@ -252,7 +254,7 @@ def _angles(graph: LinkGraph) -> Iterator[tuple[tuple[str, str], float]]:
                 yield (slide, link), float(np.arctan2(abs(across), abs(way @ line)))
 
 
-def _from_line(link: Link, slide: str) -> dict[str, float]:
+def _line_distances(link: PlanarLink, slide: str) -> dict[str, float]:
     """Signed distance of each pin of a link from the line of one of its slides."""
     start, way = link.lines[slide]
     return {name: float(way[0] * (p - start)[1] - way[1] * (p - start)[0]) for name, p in sorted(link.pins.items())}

@@ -1,4 +1,4 @@
-"""A user's own model, compiled: whether its numbers are finite, its keyframes, its elements, its crank and points."""
+"""Load and check a user's own model: finite numbers, keyframes, named elements, crank and observed points."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
 from conrod.own.files import check_readable
-from conrod.own.models.request import Controls, Place
+from conrod.own.models.request import Controls, PointPlace
 
-COUNTS = {"joint": "njnt", "equality": "neq", "actuator": "nu"}
-STEPS = (1e-12, 1e6)  # [s], that MuJoCo's clock and a run's number of steps have room for
+COUNT_FIELDS = {"joint": "njnt", "equality": "neq", "actuator": "nu"}
+TIMESTEP_RANGE = (1e-12, 1e6)  # [s], that MuJoCo's clock and a run's number of steps have room for
 
 
 def check_finite(model: mujoco.MjModel) -> None:
-    """Refuse a model with a number that is none, which MuJoCo compiles without a word.
+    """Refuse a model with a number that is not finite, which MuJoCo compiles without a warning.
 
     Raises:
         InvalidInput: names the field.
     """
-    check_number("timestep", float(model.opt.timestep), *STEPS, "s")
+    check_number("timestep", float(model.opt.timestep), *TIMESTEP_RANGE, "s")
     if not np.all(np.isfinite(model.opt.gravity)):
         raise InvalidInput("gravity is not finite")
     # Places first: what the compiler makes of them is as little a number.
@@ -44,23 +44,23 @@ OWN_POSE = "qpos0"
 
 
 def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
-    """Names of all elements of a kind, in order; empty where one has none.
+    """Names of all elements of a kind, in order; empty for an element without a name.
 
     Args:
         kind: in lower case as in MuJoCo's names of kinds: body, joint, site, geom, equality, key, actuator.
     """
     kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
-    count = getattr(model, COUNTS.get(kind, f"n{kind}"))
+    count = getattr(model, COUNT_FIELDS.get(kind, f"n{kind}"))
     return [mujoco.mj_id2name(model, kind_id, index) or "" for index in range(count)]
 
 
-def numbered(names: Iterable[str]) -> list[str]:
-    """The names, and the number in place of one that is empty."""
+def names_or_numbers(names: Iterable[str]) -> list[str]:
+    """Replace empty names by their number."""
     return [name or str(index) for index, name in enumerate(names)]
 
 
 def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | None:
-    """Index of a keyframe; None for the model's own pose.
+    """Index of the keyframe to start from; None for the model's reference pose.
 
     Args:
         given: a keyframe's name or number, or `OWN_POSE`; None for the first keyframe, or the own pose without any.
@@ -68,7 +68,7 @@ def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | No
     Raises:
         InvalidInput: the model has no such keyframe; names the nearest.
     """
-    names = numbered(names_of(model, "key"))
+    names = names_or_numbers(names_of(model, "key"))
     if given is None:
         return 0 if names else None
     if given in names:
@@ -83,7 +83,7 @@ def keyframe_to_start_from(model: mujoco.MjModel, given: str | None) -> int | No
 def data_at_start(
     model: mujoco.MjModel, keyframe: str | None, controls: Controls = ()
 ) -> tuple[mujoco.MjData, int | None]:
-    """Data at a start, and the index of its keyframe, None for the model's own pose.
+    """MuJoCo data at a start, and the index of its keyframe; None for the model's reference pose.
 
     Args:
         keyframe: as in `keyframe_to_start_from`.
@@ -95,7 +95,7 @@ def data_at_start(
     data, index = mujoco.MjData(model), keyframe_to_start_from(model, keyframe)
     if index is not None:
         mujoco.mj_resetDataKeyframe(model, data, index)
-    names = numbered(names_of(model, "actuator"))
+    names = names_or_numbers(names_of(model, "actuator"))
     clamps = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CLAMPCTRL
     for name, value in controls:
         if not names:
@@ -111,15 +111,15 @@ def data_at_start(
 
 
 def start_words(model: mujoco.MjModel, keyframe: int | None, controls: Iterable[float] = ()) -> str:
-    """'keyframe start with motor = 4.19': a start in words, with the controls (nu,) that are not 0."""
-    words = "its own pose" if keyframe is None else f"keyframe {numbered(names_of(model, 'key'))[keyframe]}"
-    actuators = numbered(names_of(model, "actuator"))
+    """Describe a start, as 'keyframe start with motor = 4.19', with the controls (nu,) that are not 0."""
+    words = "its own pose" if keyframe is None else f"keyframe {names_or_numbers(names_of(model, 'key'))[keyframe]}"
+    actuators = names_or_numbers(names_of(model, "actuator"))
     inputs = [f"{name} = {value:.6g}" for name, value in zip(actuators, controls, strict=False) if value]
-    return f"{words} with {listed(inputs)}" if inputs else words
+    return f"{words} with {list_names(inputs)}" if inputs else words
 
 
 def load_model(path: Path) -> mujoco.MjModel:
-    """The compiled model of an MJCF, URDF or binary model file.
+    """Load and compile an MJCF, URDF or binary model file.
 
     To be called in a process of its own, see `conrod.studies.execution.local`: the engine may abort on what
     it is given.
@@ -140,7 +140,7 @@ def load_model(path: Path) -> mujoco.MjModel:
 
 
 def save_model(model: object, path: Path) -> None:
-    """Write a model, or what it is compiled from, as a binary file; raises InvalidInput where it is none."""
+    """Write an MjModel or MjSpec as a binary file; raises InvalidInput for anything else."""
     if isinstance(model, mujoco.MjSpec):
         model = model.compile()
     if not isinstance(model, mujoco.MjModel):
@@ -169,8 +169,8 @@ def name_or_number(model: mujoco.MjModel, kind: str, index: int) -> str:
     return mujoco.mj_id2name(model, kind_id, index) or f"{kind} {index}"
 
 
-def listed(names: Iterable[str], most: int = 6) -> str:
-    """Names in a sentence, cut short where there are many."""
+def list_names(names: Iterable[str], most: int = 6) -> str:
+    """Join names by commas, cut short after the first `most`."""
     every = list(names)
     return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
 
@@ -178,7 +178,7 @@ def listed(names: Iterable[str], most: int = 6) -> str:
 # -- crank and points ------------------------------------------------------------------------------------------------
 
 # XBODY is a body's frame; BODY would be its centre of gravity.
-OBJECTS = {
+POINT_OBJECTS = {
     "site": int(mujoco.mjtObj.mjOBJ_SITE),
     "body": int(mujoco.mjtObj.mjOBJ_XBODY),
     "geom": int(mujoco.mjtObj.mjOBJ_GEOM),
@@ -195,15 +195,15 @@ class FoundPoint:
     body: int
 
     def position(self, data: mujoco.MjData) -> Array:
-        """Its position (3,), in data whose kinematics are made."""
+        """Position (3,), in data whose kinematics are computed."""
         places = data.site_xpos if self.kind == "site" else data.xpos if self.kind == "body" else data.geom_xpos
         return np.array(places[self.index])
 
     def motion(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array]:
-        """Its position, velocity and acceleration, each (3,), in data that `mj_rnePostConstraint` has made."""
+        """Position, velocity and acceleration, each (3,), in data after `mj_rnePostConstraint`."""
         velocity, acceleration = np.empty(6), np.empty(6)
-        mujoco.mj_objectVelocity(model, data, OBJECTS[self.kind], self.index, velocity, 0)
-        mujoco.mj_objectAcceleration(model, data, OBJECTS[self.kind], self.index, acceleration, 0)
+        mujoco.mj_objectVelocity(model, data, POINT_OBJECTS[self.kind], self.index, velocity, 0)
+        mujoco.mj_objectAcceleration(model, data, POINT_OBJECTS[self.kind], self.index, acceleration, 0)
         # It is an accelerometer's: what rests reads the reaction to gravity.
         fall = 0.0 if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else np.array(model.opt.gravity)
         return self.position(data), velocity[3:], acceleration[3:] + fall
@@ -215,7 +215,7 @@ def joint_kind(model: mujoco.MjModel, joint: int) -> str:
 
 
 def find_crank(model: mujoco.MjModel, name: str) -> int:
-    """Number of the hinge of a name.
+    """Index of the hinge that is the crank.
 
     Raises:
         InvalidInput: there is none, or it is no hinge.
@@ -223,13 +223,13 @@ def find_crank(model: mujoco.MjModel, name: str) -> int:
     joint = element_id(model, "joint", name)
     if (kind := joint_kind(model, joint)) != "hinge":
         hinges = [n for j, n in enumerate(names_of(model, "joint")) if n and joint_kind(model, j) == "hinge"]
-        choices = f"; its hinges: {listed(hinges)}" if hinges else "; it has no hinge with a name"
+        choices = f"; its hinges: {list_names(hinges)}" if hinges else "; it has no hinge with a name"
         raise InvalidInput(f"--crank {name}: it is a {kind} joint, a crank is a hinge{choices}")
     return joint
 
 
-def find_point(model: mujoco.MjModel, place: Place) -> FoundPoint:
-    """The point of a place.
+def find_point(model: mujoco.MjModel, place: PointPlace) -> FoundPoint:
+    """Find an observed point in a model.
 
     Raises:
         InvalidInput: the model has none of the name.

@@ -13,13 +13,13 @@ from conrod.mechanism.mechanism import GROUND
 from conrod.own.models.links import LinkGraph
 
 # Sine of an angle up to which an axis is meant to be along, or across, the crank's.
-MEANT = 0.1
-ONE_PIN = 1e-6  # of the machine's extent: two connects along one axis are one pin
-FLOATING = ["hinge", "slide", "slide"]  # joints of a body that is free in the plane
+AXIS_TOLERANCE = 0.1
+SAME_PIN_DISTANCE = 1e-6  # of the machine's extent: two connects along one axis are one pin
+PLANAR_FREE_JOINTS = ["hinge", "slide", "slide"]  # joints of a body that is free in the plane
 
 
 def links_of(tree: SpatialTree, crank: str, points: Mapping[str, SpatialPoint]) -> LinkGraph | None:
-    """Links of a model in the plane across its crank's axis; None where its joints are not pins and slides of one.
+    """Build the link graph of a model in the plane across its crank's axis; None if it is not planar.
 
     Args:
         crank: name of the hinge that is driven.
@@ -36,7 +36,7 @@ class NotPlanarError(ValueError):
 
 
 class _PlanarModel:
-    """A tree with its closures, whose bodies are put together to links where nothing moves between them.
+    """A spatial tree with its closures, whose bodies are merged to links where no joint moves between them.
 
     Attributes:
         axis: the crank's, seen from the ground (3,).
@@ -60,10 +60,10 @@ class _PlanarModel:
             )
         for closure in tree.closures:
             if closure.turn is not None:
-                self._put_together(closure, closure.turn)
+                self._merge_welded(closure, closure.turn)
 
-    def _put_together(self, weld: SpatialClosure, turn: Array) -> None:
-        """Make one link of two that a weld ties, in the frame of the first."""
+    def _merge_welded(self, weld: SpatialClosure, turn: Array) -> None:
+        """Merge the two links that a weld ties, in the frame of the first."""
         (one, two) = weld.points
         root, first, place = self.frames[one.body]
         other, second, there = self.frames[two.body]
@@ -79,67 +79,67 @@ class _PlanarModel:
                 self.frames[k] = root, rotation @ own_turn, origin + rotation @ own_place
 
     def name(self, body: int) -> str:
-        """Name of a body's link: that of the body whose frame it has."""
+        """Name of the link that a body belongs to."""
         root = self.frames[body][0]
         return self.tree.bodies[root].name if root else GROUND
 
-    def across(self, body: int, vector: Array, place: bool = True) -> Array:
-        """A place, or a direction, in a body's frame (3,) as (2,) in its link's plane."""
+    def in_link_plane(self, body: int, vector: Array, place: bool = True) -> Array:
+        """Project a place or direction in a body's frame (3,) to the plane of its link (2,)."""
         root, turn, origin = self.frames[body]
         normal = self.turns[root].T @ self.axis
         right = np.linalg.svd(normal[None])[2][1]
         there = turn @ vector + (origin if place else 0.0)
         return np.array([right @ there, np.cross(normal, right) @ there])
 
-    def along(self, body: int, vector: Array) -> float:
-        """Share of a direction in a body's frame (3,) that is along the crank's axis, from 0 to 1."""
+    def axial_share(self, body: int, vector: Array) -> float:
+        """Component of a unit vector in a body's frame (3,) along the crank's axis, from 0 to 1."""
         return abs(float(self.axis @ self.turns[body] @ vector))
 
     def graph(self, points: Mapping[str, SpatialPoint]) -> LinkGraph:
-        """All links and joints; raises NotPlanarError where one is none of a plane."""
+        """Build the graph of all links and joints; raises NotPlanarError for a joint that is not planar."""
         made = LinkGraph(self.name(self.crank))
         made.link(GROUND)
         for k, body in enumerate(self.tree.bodies):
             kinds = sorted(joint.kind for joint in body.joints)
-            if not kinds or self.name(k) == self.name(body.parent) or kinds == FLOATING:
+            if not kinds or self.name(k) == self.name(body.parent) or kinds == PLANAR_FREE_JOINTS:
                 continue
             if len(kinds) > 1:
                 raise NotPlanarError
             (joint,) = body.joints
-            names, axis = (self.name(body.parent), self.name(k)), self.along(k, joint.axis)
-            there = self.across(body.parent, body.place + body.turn @ joint.anchor)
-            if joint.kind == "hinge" and axis > 1.0 - MEANT:
-                made.pin(joint.name, *names, (there, self.across(k, joint.anchor)))
-            elif joint.kind == "slide" and axis < MEANT:
+            names, axis = (self.name(body.parent), self.name(k)), self.axial_share(k, joint.axis)
+            there = self.in_link_plane(body.parent, body.place + body.turn @ joint.anchor)
+            if joint.kind == "hinge" and axis > 1.0 - AXIS_TOLERANCE:
+                made.pin(joint.name, *names, (there, self.in_link_plane(k, joint.anchor)))
+            elif joint.kind == "slide" and axis < AXIS_TOLERANCE:
                 lines = (
                     (
-                        self.across(body.parent, body.place),
-                        self.across(body.parent, body.turn @ joint.axis, place=False),
+                        self.in_link_plane(body.parent, body.place),
+                        self.in_link_plane(body.parent, body.turn @ joint.axis, place=False),
                     ),
-                    (self.across(k, np.zeros(3)), self.across(k, joint.axis, place=False)),
+                    (self.in_link_plane(k, np.zeros(3)), self.in_link_plane(k, joint.axis, place=False)),
                 )
                 made.slide(joint.name, *names, lines)
             else:
                 raise NotPlanarError
         for closure in self.tree.closures:
-            self._add(made, closure)
+            self._add_connect(made, closure)
         for name, point in points.items():
-            made.link(self.name(point.body)).points[name] = self.across(point.body, point.offset)
+            made.link(self.name(point.body)).points[name] = self.in_link_plane(point.body, point.offset)
         return made
 
-    def _add(self, made: LinkGraph, closure: SpatialClosure) -> None:
-        """A connect as a pin, unless there is one at its place."""
+    def _add_connect(self, made: LinkGraph, closure: SpatialClosure) -> None:
+        """Add a connect as a pin, unless a pin of the same links is at its place."""
         if closure.kind == "weld":
             return
         if closure.kind != "connect":
             raise NotPlanarError
         names = [self.name(point.body) for point in closure.points]
-        places = [self.across(point.body, point.offset) for point in closure.points]
+        places = [self.in_link_plane(point.body, point.offset) for point in closure.points]
         if names[0] == names[1]:
             raise NotPlanarError
         for edge in made.edges:
             if edge.kind == "pin" and sorted(edge.links) == sorted(names):
                 off = [np.abs(made.links[n].pins[edge.name] - p).max() for n, p in zip(names, places, strict=True)]
-                if max(off) < ONE_PIN * self.tree.extent:
+                if max(off) < SAME_PIN_DISTANCE * self.tree.extent:
                     return
         made.pin(closure.name, names[0], names[1], (places[0], places[1]))

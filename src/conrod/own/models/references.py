@@ -20,18 +20,18 @@ Paths: TypeAlias = Callable[[Array], Array]
 
 ALL_LENGTHS = "all lengths"
 # Turns at which the bodies are put before they are assembled, to find the other ways of assembling them.
-STARTS = 8
+START_ROTATIONS = 8
 NEWTON_STEPS = 60
-SAME = 1e-6  # of the machine's size, and in radians
+POSE_TOLERANCE = 1e-6  # of the machine's size, and in radians
 
 
 def length_names(scene: Scene) -> tuple[str, ...]:
-    """Parameters that are lengths, and all of them together."""
+    """Names of the parameters that are lengths, and `ALL_LENGTHS`."""
     return (*(name for name, facts in scene.parameter_facts().items() if facts.unit == "m"), ALL_LENGTHS)
 
 
 def with_lengths(scene: Scene, names: Sequence[str], values: Array) -> Scene:
-    """The scene with other lengths [m]; that of all lengths is the factor that they take.
+    """A scene with other lengths [m]; the value of `ALL_LENGTHS` is a factor on all of them.
 
     Raises:
         InvalidInput: it cannot be assembled, or not turn.
@@ -44,26 +44,26 @@ def with_lengths(scene: Scene, names: Sequence[str], values: Array) -> Scene:
 
 
 def length_of(scene: Scene, name: str) -> float:
-    """Value of a length [m]; of all lengths the factor 1."""
+    """Value of a length [m]; 1 for `ALL_LENGTHS`."""
     return 1.0 if name == ALL_LENGTHS else scene.parameters[name]
 
 
 def shaft_of(reference: ExactReference) -> tuple[float, float]:
-    """Position of the crank's axis [m] in the document's frame."""
+    """Position of the crank's axis in the document's frame (2,) [m]."""
     return reference.mechanism().driven_joint.point_a
 
 
-def returns(scene: Scene) -> bool:
-    """True where all observed points are back after each turn of the crank; not so of wheels, or of one pass."""
+def returns_after_turn(scene: Scene) -> bool:
+    """True if all observed points are back after each turn of the crank; false for wheels and one pass."""
     if scene.kinematics.mechanism.driver.span is not None:
         return False
     motion = scene.motion(np.array([0.0, 2.0 * np.pi]), 1.0)
     away = [np.ptp(motion.point(name).position, axis=0).max() for name in scene.lengths]
-    return float(max(away)) <= SAME * scene.kinematics.size
+    return float(max(away)) <= POSE_TOLERANCE * scene.kinematics.size
 
 
 def paths_of(reference: ExactReference, points: Sequence[str]) -> Paths:
-    """Paths of a machine's points around its shaft."""
+    """A function that computes a machine's paths (P, T) around its shaft at crank angles (T,)."""
     shaft = complex(*shaft_of(reference))
 
     def paths(angle: Array) -> Array:
@@ -76,11 +76,11 @@ def paths_of(reference: ExactReference, points: Sequence[str]) -> Paths:
 
 @lru_cache(16)
 def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
-    """The same machine assembled otherwise, where it can be, and still turns fully."""
+    """Other assembly branches of a machine on which it can still turn fully."""
     mechanism, found = scene.kinematics.mechanism, list[GenericReference]()
     seen = [scene.kinematics.start[0]]
-    for poses in _assembled(scene):
-        if any(_same(poses, other, scene.kinematics.size) for other in seen):
+    for poses in _assembled_poses(scene):
+        if any(_are_same_pose(poses, other, scene.kinematics.size) for other in seen):
             continue
         seen.append(poses)
         named = {
@@ -96,19 +96,19 @@ def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
 
 
 def on_branch(reference: ExactReference, branch: GenericReference | None) -> ExactReference:
-    """A machine of any lengths, assembled as another one on its branch is; None for the machine's own."""
+    """Assemble a machine of any lengths on the branch of another; None keeps its own branch."""
     if branch is None or isinstance(reference, GenericReference):
         return reference
     mechanism = replace(reference.mechanism(), name=branch.described.name, poses=branch.described.poses)
     return GenericReference(mechanism, branch.speed)
 
 
-def _assembled(scene: Scene) -> Iterator[Array]:
-    """Assembled poses (3 n,) at crank angle 0, by Newton's iteration from poses turned and mirrored at the crank."""
+def _assembled_poses(scene: Scene) -> Iterator[Array]:
+    """Assembled poses (3 n,) at crank angle 0, by Newton's iteration from rotated and mirrored poses."""
     mechanism, equations = scene.kinematics.mechanism, Equations(scene.kinematics.mechanism)
     start = scene.kinematics.start[0].reshape(-1, 3)
     shaft, crank = np.array(shaft_of(scene)), mechanism.body_index[mechanism.crank]
-    for turn in 2.0 * np.pi * np.arange(STARTS) / STARTS:
+    for turn in 2.0 * np.pi * np.arange(START_ROTATIONS) / START_ROTATIONS:
         for mirror in (1.0, -1.0):
             guess = start.copy()
             c, s = np.cos(turn), np.sin(turn)
@@ -121,30 +121,30 @@ def _assembled(scene: Scene) -> Iterator[Array]:
                 continue
 
 
-def _same(one: Array, other: Array, size: float) -> bool:
+def _are_same_pose(one: Array, other: Array, size: float) -> bool:
     """True if two poses are equal but for whole turns."""
     apart = (one - other).reshape(-1, 3)
     turns = np.abs(np.exp(1j * apart[:, 2]) - 1.0)
-    return bool(np.abs(apart[:, :2]).max() < SAME * size and turns.max() < SAME)
+    return bool(np.abs(apart[:, :2]).max() < POSE_TOLERANCE * size and turns.max() < POSE_TOLERANCE)
 
 
 # -- sensitivities -----------------------------------------------------------------------------------------------------
 
 
 # Of the longest length, for central differences of the exact motion: they are right to 1e-9.
-DIFFERENCE = 1e-5
-ANGLES = 180
+DIFFERENCE_STEP = 1e-5
+SENSITIVITY_ANGLES = 180
 
 
 def sensitivities(scene: Scene) -> dict[str, Array]:
-    """Distance that each length moves each point around the shaft by, over a turn: (points, angles) [m/m].
+    """Sensitivity of each point's position around the shaft to each length: (points, angles) [m/m].
 
     Raises:
         InvalidInput: one length cannot be changed alone, as at a change point.
     """
     names = [name for name in length_names(scene) if name != ALL_LENGTHS]
-    step = DIFFERENCE * max(abs(scene.parameters[name]) for name in names)
-    angle, points = scene.kinematics.angles(ANGLES), tuple(scene.lengths)
+    step = DIFFERENCE_STEP * max(abs(scene.parameters[name]) for name in names)
+    angle, points = scene.kinematics.angles(SENSITIVITY_ANGLES), tuple(scene.lengths)
 
     def paths(name: str, by: float) -> Array:
         return paths_of(with_lengths(scene, [name], np.array([scene.parameters[name] + by])), points)(angle)
@@ -152,8 +152,10 @@ def sensitivities(scene: Scene) -> dict[str, Array]:
     return {name: np.abs(paths(name, step) - paths(name, -step)) / (2.0 * step) for name in names}
 
 
-def shares(slopes: Mapping[str, Array], uncertainties: Mapping[str, float]) -> tuple[float, dict[str, float]]:
-    """Standard uncertainty of a place [m] where it is largest, and the share of each length in its square.
+def uncertainty_shares(
+    slopes: Mapping[str, Array], uncertainties: Mapping[str, float]
+) -> tuple[float, dict[str, float]]:
+    """Largest standard uncertainty of a position [m], and the share of each length in its variance.
 
     Args:
         uncertainties: standard, of the lengths [m]; one that is not given has none.

@@ -1,4 +1,4 @@
-"""Request for a user's model, and what is read of it, as plain data that need no engine.
+"""The request for the check of a user's model, and what is read from the model, as plain data that need no engine.
 
 Lengths are in the model's own unit and frame, which are not known yet. Coordinates of the crank are those of its hinge
 [rad], positive about the hinge's axis. P points, T angles of a turn, K samples of a run.
@@ -15,15 +15,15 @@ from typing import TypeAlias
 from conrod.errors import InvalidInput, as_mapping, unknown_choice
 from conrod.exact.motion import Array
 
-KINDS = ("site", "body", "geom")
+ELEMENT_KINDS = ("site", "body", "geom")
 # A start that is open by a thousandth of the machine is not the machine's: what soft closures leave of a pose that was
 # simulated is less. By a hundredth of that it is said: numbers of six digits leave a tenth of it.
-OPEN_START, AJAR = 1e-3, 1e-5
+MAX_START_OPENING, MIN_NAMED_OPENING = 1e-3, 1e-5
 
 
 @dataclass(frozen=True)
-class Place:
-    """Position of an observed point in a model.
+class PointPlace:
+    """Where an observed point is in a model: a site, body or geom.
 
     Attributes:
         point: name of the observed point.
@@ -38,8 +38,8 @@ class Place:
         return f"{self.kind}:{self.element}"
 
 
-def places_of(places: Mapping[str, str], observed: Sequence[str] = ()) -> tuple[Place, ...]:
-    """Places in a model of observed points, each given as "body:slider"; a name without a kind is a site's.
+def places_of(places: Mapping[str, str], observed: Sequence[str] = ()) -> tuple[PointPlace, ...]:
+    """Parse places of observed points, each as "body:slider"; a name without a kind is a site's.
 
     Args:
         observed: names that points may have; any where there are none.
@@ -47,15 +47,19 @@ def places_of(places: Mapping[str, str], observed: Sequence[str] = ()) -> tuple[
     Raises:
         InvalidInput: a point is unknown, or a kind of element.
     """
-    found = list[Place]()
+    found = list[PointPlace]()
     for name, where in as_mapping("points", places, "{'C': 'site:tip'}").items():
         if observed and name not in observed:
             raise unknown_choice("observed point", name, observed)
         kind, colon, element = where.partition(":")
-        if colon and not element and kind not in KINDS:
-            raise unknown_choice("kind of element", kind, KINDS)
+        if colon and not element and kind not in ELEMENT_KINDS:
+            raise unknown_choice("kind of element", kind, ELEMENT_KINDS)
         # A name may have a colon in it itself.
-        found.append(Place(name, kind, element) if colon and kind in KINDS else Place(name, KINDS[0], where))
+        found.append(
+            PointPlace(name, kind, element)
+            if colon and kind in ELEMENT_KINDS
+            else PointPlace(name, ELEMENT_KINDS[0], where)
+        )
     return tuple(found)
 
 
@@ -65,7 +69,7 @@ CONTROL_FORM = "an actuator and a finite number in MuJoCo's units: motor=4.19"
 
 
 def controls_of(controls: Mapping[str, float]) -> Controls:
-    """Control inputs by an actuator's name or number, all of which are finite.
+    """Check control inputs by an actuator's name or number: every value must be finite.
 
     Raises:
         InvalidInput: a value is no finite number.
@@ -78,8 +82,8 @@ def controls_of(controls: Mapping[str, float]) -> Controls:
 
 
 @dataclass(frozen=True)
-class Question:
-    """A model's points and crank, and the machine that it is to be.
+class ModelRequest:
+    """What a user gives of a model: its points and crank, and the machine that it is compared with.
 
     Attributes:
         crank: name of the hinge that is driven.
@@ -92,7 +96,7 @@ class Question:
     """
 
     crank: str
-    places: tuple[Place, ...]
+    places: tuple[PointPlace, ...]
     mobility: int
     contacts: int
     keyframe: str | None = None
@@ -102,7 +106,7 @@ class Question:
 
     @property
     def width(self) -> float:
-        """Angle [rad] that the crank is to go through: of the pass, or a turn."""
+        """Angle [rad] that the crank goes through: the pass, or a turn."""
         return 2.0 * math.pi if self.span is None else self.span[1] - self.span[0]
 
 
@@ -111,7 +115,7 @@ class Question:
 
 @dataclass(frozen=True)
 class StartRates:
-    """Rates in which a file's own run starts, against those that its loops ask for.
+    """Joint rates at the start of a file's own run that violate its closures.
 
     Attributes:
         opening: largest rate at which they open a closure, in the model's unit of length [/s].
@@ -129,7 +133,7 @@ class StartRates:
 
 @dataclass(frozen=True)
 class OpenStart:
-    """Loops that are open in the pose in which a file's own run starts.
+    """Closures that are open in the pose in which a file's own run starts.
 
     Attributes:
         pose: in words, such as 'its own pose'.
@@ -145,17 +149,17 @@ class OpenStart:
 
     @property
     def worst(self) -> str:
-        """The closure that is furthest open."""
+        """Name of the closure with the largest opening."""
         return max(self.gaps, key=lambda name: self.gaps[name])
 
     def exceeds(self, allowed: float | None) -> bool:
-        """True if it is open by more than is allowed, in the model's unit; None for `OPEN_START` of its extent."""
-        return self.gaps[self.worst] > (OPEN_START * self.extent if allowed is None else allowed)
+        """True if a closure is open by more than allowed, in the model's unit; None allows `MAX_START_OPENING`."""
+        return self.gaps[self.worst] > (MAX_START_OPENING * self.extent if allowed is None else allowed)
 
 
 @dataclass(frozen=True)
 class ModelFacts:
-    """A model by the account of its compiled file and of one turn of its crank.
+    """Facts of a compiled model and of one turn of its crank.
 
     Attributes:
         joints: number of joints by kind: hinge, slide, ball, free.
@@ -197,7 +201,7 @@ class ModelFacts:
 
 @dataclass(frozen=True)
 class Scan:
-    """One turn of a model with its crank held at T angles; of an input that makes one pass all that it can go.
+    """One turn of a model with its crank held at T angles; for a one-pass input all that the crank can travel.
 
     Attributes:
         coordinate: of the crank (T,), from the start of the turn upwards, evenly spaced.

@@ -1,4 +1,4 @@
-"""All that is found of a user's model, and the verdict on it."""
+"""All that is found about a user's model, and the verdict on it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity
-from conrod.own.models.request import ModelFacts, Question
+from conrod.own.models.request import ModelFacts, ModelRequest
 from conrod.runs.comparison import Size
 from conrod.runs.other_forces import OtherForce
 from conrod.runs.trajectory import Outcome
@@ -18,20 +18,20 @@ from conrod.scenes import Scene
 from conrod.studies.validation.results import RefinementPoint
 
 AS_GIVEN, OWN = "its own run", "as it is"
-RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
+MAX_DRIVE_RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
 QUANTITIES = ("position", "velocity", "acceleration")
 # The position's tolerance bounds the opening of the loops, too; over the machine's largest length.
 CLOSURE = "closure"
 # A mean speed that is off by more than a per cent is another speed; `conrod lint` drives no worse. The roughest drives
 # that handbooks allow, those of crushers, swing by a fifth of their speed from the slowest to the fastest.
-STRAYED, UNEVEN = 0.01, 0.1
+MAX_MEAN_SPEED_ERROR, MAX_SPEED_SWING = 0.01, 0.1
 # A crank that stays within this share of its turns does not turn.
-STILL = 0.01
+STANDSTILL_TURNS = 0.01
 
 
 @dataclass(frozen=True)
 class JudgedRun:
-    """A run with its errors.
+    """A run of a user's model with its errors.
 
     Attributes:
         errors: by observed point and by quantity; None where it did not complete.
@@ -50,13 +50,13 @@ class JudgedRun:
     opening: float = 0.0
 
     def worst(self, quantity: str, measure: str = "max") -> float | None:
-        """The largest error of a quantity over all points; None where the run did not complete."""
+        """The largest error of a quantity over all points; None if the run did not complete."""
         if self.errors is None:
             return None
         return float(np.max([getattr(sizes[quantity], measure) for sizes in self.errors.values()]))
 
     def judged_error(self, name: str) -> float:
-        """The error that a tolerance of this name is compared with; not a number where the run did not complete."""
+        """The error that a tolerance of this name is compared with; NaN if the run did not complete."""
         if name == CLOSURE:
             return self.opening
         quantity, _, measure = name.partition("_")
@@ -65,8 +65,8 @@ class JudgedRun:
 
 
 @dataclass(frozen=True)
-class CrankMotion:
-    """Motion of a crank in the last turn's time of a run, at the scene's speed.
+class CrankSpeed:
+    """Speed of the crank in the last turn of a run, for the duration of a turn at the scene's speed.
 
     Attributes:
         mean, least, most: of its speed [rad/s].
@@ -80,22 +80,22 @@ class CrankMotion:
 
     @property
     def is_still(self) -> bool:
-        """True if it does not turn."""
-        return self.farthest <= STILL
+        """True if the crank does not turn."""
+        return self.farthest <= STANDSTILL_TURNS
 
-    def strays(self, speed: float, allowed: float = STRAYED) -> bool:
-        """True if its mean speed is not that of the scene [rad/s], or it was off that by a tenth at any time.
+    def strays(self, speed: float, allowed: float = MAX_MEAN_SPEED_ERROR) -> bool:
+        """True if the mean speed is not the scene's [rad/s], or the speed was ever off by more than a tenth.
 
         Args:
             allowed: share of the speed that the mean may be off by.
         """
         mean, *ends = (abs(own / speed - 1.0) for own in (self.mean, self.least, self.most))
-        return not mean <= allowed or not max(ends) <= max(UNEVEN, allowed)
+        return not mean <= allowed or not max(ends) <= max(MAX_SPEED_SWING, allowed)
 
 
 @dataclass(frozen=True)
 class ModelStudy:
-    """A user's model, judged.
+    """The study of a user's model against a scene, with its verdict.
 
     Attributes:
         file: as the user named it.
@@ -114,7 +114,7 @@ class ModelStudy:
     file: str
     scene_name: str
     scene: Scene
-    question: Question
+    question: ModelRequest
     model: ModelFacts
     identity: Identity
     tolerance: Mapping[str, float] | None
@@ -123,23 +123,23 @@ class ModelStudy:
     refused: Mapping[str, str]
     points: tuple[str, ...]
     own_run: JudgedRun | None = None
-    crank: CrankMotion | None = None
+    crank: CrankSpeed | None = None
     refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
     distrust: str = ""
 
     @property
     def kinematic_tolerance(self) -> float:
-        """That the paths are held to, over the point's length."""
+        """Allowed distance of the paths from the exact ones, over each point's length."""
         return (self.tolerance or {}).get("position", DEFAULT_TOLERANCE)
 
     @property
     def is_machine(self) -> bool:
-        """True if the paths are the machine's."""
+        """True if the model's paths are the machine's."""
         return self.identity.is_machine(self.kinematic_tolerance)
 
     @property
     def has_start(self) -> bool:
-        """True if the file says how it is to run: by a keyframe, a control or a rate that is not 0.
+        """True if the file itself starts a motion: by a keyframe, a control or a rate that is not 0.
 
         Without one it is a machine that others drive, such as a program that sets its controls.
         """
@@ -147,24 +147,28 @@ class ModelStudy:
 
     @property
     def speed_tolerance(self) -> float:
-        """Share of the scene's speed that the mean speed of the file's own run may be off by.
+        """Allowed relative error of the mean crank speed in the file's own run.
 
         What is asked for of velocities. Where that is not, the position's where it is less than a per cent: after a
         radian of the crank, a speed off by a share e has a point off by about e of its travel.
         """
         asked = self.tolerance or {}
-        return asked["velocity"] if "velocity" in asked else min(STRAYED, asked.get("position", STRAYED))
+        return (
+            asked["velocity"]
+            if "velocity" in asked
+            else min(MAX_MEAN_SPEED_ERROR, asked.get("position", MAX_MEAN_SPEED_ERROR))
+        )
 
     @property
     def strays(self) -> bool:
-        """True if the file says how it is to run, and its crank does not keep the speed of the scene."""
+        """True if the file starts a motion, and its crank does not keep the scene's speed."""
         return self.has_start and self.crank is not None and self.crank.strays(self.scene.speed, self.speed_tolerance)
 
     @property
     def rates_off(self) -> bool:
-        """True if the rates of its own start open its loops by more than is allowed of velocities, or a per cent."""
+        """True if the start rates violate the closures by more than the velocity tolerance, or 1 %."""
         size, unit = max(self.scene.lengths.values()) * abs(self.scene.speed), self.identity.frame.unit
-        allowed = (self.tolerance or {}).get("velocity", STRAYED) * size
+        allowed = (self.tolerance or {}).get("velocity", MAX_MEAN_SPEED_ERROR) * size
         return self.model.rates is not None and not unit * self.model.rates.opening <= allowed
 
     @property
@@ -173,33 +177,33 @@ class ModelStudy:
         run = self.own_run
         if run is None or run.outcome is not Outcome.COMPLETED or self.strays or self.rates_off:
             return True
-        return self.has_start and bool(self.exceeded(run))
+        return self.has_start and bool(self.exceeded_limits(run))
 
     @property
     def begins_open(self) -> bool:
-        """True if its own run begins with its loops open by more than the tolerance, or a thousandth of its extent."""
+        """True if the file's own run starts with loops open by more than the tolerance, or 0.1 % of its size."""
         asked, begins = (self.tolerance or {}).get("position"), self.model.begins
         allowed = None if asked is None else asked * max(self.scene.lengths.values()) / self.identity.frame.unit
         return begins is not None and begins.exceeds(allowed)
 
     @property
     def own(self) -> JudgedRun | None:
-        """The run with the model's own settings; None where it is too far off the machine."""
+        """The driven run with the model's own settings; None if the model is too far from the machine."""
         return self.runs.get(OWN)
 
     @property
     def limits(self) -> Mapping[str, float]:
-        """Allowed error: the tolerance asked for, and what follows from it and the drive for the clock.
+        """Allowed errors: the tolerances given, and the clock limits that follow from them and the drive.
 
-        The drive keeps the speed to `RIPPLE`. The position at the nominal time may be off by the tolerance of the
-        position and by what the phase moves the point.
+        The drive keeps the speed to `MAX_DRIVE_RIPPLE`. The position at the nominal time may be off by the position's
+        tolerance and by the distance that the phase moves the point.
         """
         asked, own = self.tolerance or {}, self.own
         closing = {CLOSURE: asked["position"]} if "position" in asked else {}
         if own is None:
             return {**asked, **closing}
         kept = phase_bound(own.steps_per_revolution * self.revolutions, self.revolutions)
-        phase = kept + RIPPLE * 2.0 * np.pi * self.revolutions
+        phase = kept + MAX_DRIVE_RIPPLE * 2.0 * np.pi * self.revolutions
         clock = {"phase": phase}
         if "position" in asked:
             clock["total"] = asked["position"] + phase * largest_derivatives(self.scene.kinematics, 1)[1]
@@ -207,13 +211,13 @@ class ModelStudy:
 
     @property
     def own_limits(self) -> Mapping[str, float]:
-        """Allowed error of the file's own run, whose clock is held to its speed, and to what was asked for alone."""
+        """Allowed errors of the file's own run: its clock is limited only by tolerances that were given."""
         asked = self.tolerance or {}
         derived = {"phase", "total"} - asked.keys()
         return {name: size for name, size in self.limits.items() if name not in derived}
 
-    def exceeded(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
-        """Quantities that are out of tolerance: found and allowed, of all judged runs or of some.
+    def exceeded_limits(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
+        """Quantities out of tolerance with found and allowed value, of all judged runs or of some.
 
         The clock of the model's own run is its drive's, and held to what was asked for alone.
         """
@@ -227,14 +231,14 @@ class ModelStudy:
 
     @property
     def judged(self) -> list[JudgedRun]:
-        """Runs that are held to a tolerance: of its own settings, and of the file where that says how it is to run."""
+        """Runs with a tolerance: with the model's own settings, and the file's own run if it starts a motion."""
         own_run = self.own_run if self.has_start else None
         return [run for run in (self.own, own_run) if run is not None]
 
     @property
     def passed(self) -> bool:
-        """True if it is the machine, may turn, and completes the run with its own settings as asked for."""
+        """True if it is the machine, can turn, and completes its runs within tolerance."""
         own = self.own
         if self.distrust or not self.is_machine or self.model.stops or self.own_failed or self.begins_open:
             return False
-        return own is not None and own.outcome is Outcome.COMPLETED and not self.exceeded()
+        return own is not None and own.outcome is Outcome.COMPLETED and not self.exceeded_limits()

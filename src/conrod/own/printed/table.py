@@ -1,4 +1,4 @@
-"""A user's table of printed values in CSV, each row tied to a machine, judged by its exact motion.
+"""A user's CSV table of printed values, each row naming its machine, judged by the exact motion.
 
 A row's verdict rests on the other rows too: a cause is systematic where it reproduces a quantity's values as a whole.
 The format is described in docs/audit.md. Nothing in a table is executed; a path in one cannot lead out of its folder.
@@ -12,35 +12,35 @@ from functools import cache
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.own.encodings import decoded
-from conrod.own.files import check_readable, of_file
+from conrod.own.encodings import decode_text
+from conrod.own.files import check_readable, name_file_in_errors
 from conrod.own.printed.row_verdicts import verdicts_on
-from conrod.own.printed.rows import Row, read_rows
-from conrod.own.printed.verdicts import Audited, Verdict
+from conrod.own.printed.rows import PrintedRow, read_rows
+from conrod.own.printed.verdicts import AuditedDocument, PrintedVerdict
 from conrod.scenes import Scene, scene_named
 from conrod.scenes.described_scene import read_scene
 from conrod.studies.frame.writing import real_path
 
-MOST_BYTES = 1024 * 1024  # 20 000 rows of 50 characters
+MAX_TABLE_BYTES = 1024 * 1024  # 20 000 rows of 50 characters
 
 
-def audit_file(path: Path) -> Audited:
-    """The verdicts on a file; machines are named, or mechanism files beside it.
+def audit_file(path: Path) -> AuditedDocument:
+    """Judge the printed values in a file; its rows name built-in machines or mechanism files of its folder.
 
     Raises:
         InvalidInput: it cannot be read or used; names the file, the row and the field.
     """
     check_readable(path)
-    if path.stat().st_size > MOST_BYTES:
-        raise InvalidInput(f"{path}: it is too large: at most {MOST_BYTES // 1024**2} MiB are read")
-    with of_file(path):
-        text, _ = decoded(path.read_bytes())
+    if path.stat().st_size > MAX_TABLE_BYTES:
+        raise InvalidInput(f"{path}: it is too large: at most {MAX_TABLE_BYTES // 1024**2} MiB are read")
+    with name_file_in_errors(path):
+        text, _ = decode_text(path.read_bytes())
     verdicts = audit_table(str(path), text, lambda machine: _scene(machine, path.parent))
-    return Audited(path.name, f"Printed values of {path.name}", verdicts)
+    return AuditedDocument(path.name, f"Printed values of {path.name}", verdicts)
 
 
 def _scene(machine: str, folder: Path) -> Scene:
-    """The machine that a row names."""
+    """The machine that a row names: a built-in one, or a mechanism file in the table's folder."""
     if not machine.lower().endswith(".toml"):
         return scene_named(machine)
     home, place = real_path(folder), real_path(folder / machine)
@@ -49,8 +49,8 @@ def _scene(machine: str, folder: Path) -> Scene:
     return read_scene(place)
 
 
-def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = scene_named) -> tuple[Verdict, ...]:
-    """A verdict on every row.
+def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = scene_named) -> tuple[PrintedVerdict, ...]:
+    """Judge every row of a table of printed values.
 
     Args:
         document: what the table is called in errors and in the verdicts.
@@ -60,7 +60,7 @@ def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = sce
     Raises:
         InvalidInput: the table or a row cannot be used; names the row and what is wanted.
     """
-    groups: dict[tuple[object, ...], list[Row]] = {}
+    groups: dict[tuple[object, ...], list[PrintedRow]] = {}
     try:
         for row in read_rows(text.splitlines(), cache(scene_of)):
             groups.setdefault(row.group, []).append(row)

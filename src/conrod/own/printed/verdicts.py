@@ -13,14 +13,14 @@ from conrod.errors import InvalidInput
 
 # Digits with a decimal point or comma, as documents of either habit print them.
 DIGITS = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
-MOST_DIGITS = 30  # with sign and mark; a double holds 17
+MAX_DIGITS = 30  # with sign and mark; a double holds 17
 # An exact value this close to the middle between two prints may be rounded to either.
-TIE = 1e-7
+TIE_WIDTH = 1e-7
 
 
 @dataclass(frozen=True)
-class Number:
-    """Printed digits.
+class PrintedNumber:
+    """A decimal number as its digits are printed.
 
     Raises:
         InvalidInput: the text is no decimal number.
@@ -29,7 +29,7 @@ class Number:
     text: str
 
     def __post_init__(self) -> None:
-        if len(self.text) > MOST_DIGITS or not DIGITS.fullmatch(self.text):
+        if len(self.text) > MAX_DIGITS or not DIGITS.fullmatch(self.text):
             raise InvalidInput(
                 f"printed value {self.text[:40]!r} is not a decimal number: give its digits, like 14.66 or 14,66"
             )
@@ -52,21 +52,21 @@ class Number:
 
     def is_rounding_of(self, value: float) -> bool:
         """True if the value, rounded to these digits, is this number."""
-        return bool(abs(self.value - value) <= self.last * (0.5 + TIE))
+        return bool(abs(self.value - value) <= self.last * (0.5 + TIE_WIDTH))
 
-    def is_cut_of(self, value: float) -> bool:
-        """True if the value, its further digits dropped, is this number."""
-        kept = math.floor(abs(value) / self.last + TIE)
+    def is_truncation_of(self, value: float) -> bool:
+        """True if the value, its further digits cut off, is this number."""
+        kept = math.floor(abs(value) / self.last + TIE_WIDTH)
         return value * self.value >= 0.0 and round(abs(self.value) / self.last) == kept
 
-    def like(self, value: float) -> str:
-        """Another value with as many digits and the same mark."""
+    def format_like(self, value: float) -> str:
+        """Format another value with as many decimals and the same decimal mark."""
         text = f"{value:.{self.decimals}f}"
         return text.replace(".", ",") if "," in self.text else text
 
 
-class Kind(StrEnum):
-    """The closed list of verdicts; the value is what a reader sees."""
+class VerdictKind(StrEnum):
+    """Possible verdicts on a printed value; the text is shown to readers."""
 
     AGREES = "agrees"
     AFTER_ROUNDING = "agrees after rounding"
@@ -76,12 +76,12 @@ class Kind(StrEnum):
     NOT_REPRODUCIBLE = "not reproducible as printed"
 
 
-GOOD = (Kind.AGREES, Kind.AFTER_ROUNDING)
+ACCEPTED_KINDS = (VerdictKind.AGREES, VerdictKind.AFTER_ROUNDING)
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """One printed item, judged.
+class PrintedVerdict:
+    """The verdict on one printed value or formula.
 
     Attributes:
         document, place, line: where it stands; the line counts in the document's text file.
@@ -105,7 +105,7 @@ class Verdict:
     printed: str
     exact: float | None
     difference: float | None
-    kind: Kind
+    kind: VerdictKind
     reason: str
     should_be: str | None = None
     off: float | None = None
@@ -113,7 +113,7 @@ class Verdict:
 
 
 @dataclass(frozen=True)
-class Audited:
+class AuditedDocument:
     """Verdicts on one document or table.
 
     Attributes:
@@ -125,10 +125,10 @@ class Audited:
 
     document: str
     title: str
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[PrintedVerdict, ...]
     notes: tuple[str, ...] = ()
 
     @property
-    def counts(self) -> Mapping[Kind, int]:
+    def counts(self) -> Mapping[VerdictKind, int]:
         """Number of verdicts of each kind, in the order of the kinds."""
-        return {kind: sum(verdict.kind is kind for verdict in self.verdicts) for kind in Kind}
+        return {kind: sum(verdict.kind is kind for verdict in self.verdicts) for kind in VerdictKind}

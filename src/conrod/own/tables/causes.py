@@ -1,4 +1,4 @@
-"""Likely causes of a table's errors: common slips, each named only where undoing it removes the difference."""
+"""Likely causes of a table's errors: common slips, each named only where undoing it removes the error."""
 
 from __future__ import annotations
 
@@ -12,31 +12,34 @@ from scipy.optimize import least_squares
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.own.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
-from conrod.own.tables.errors import ERRORS, Exact
-from conrod.own.tables.estimation import TURN, ahead, shift_of
+from conrod.own.tables.errors import ERRORS, TableComparison
+from conrod.own.tables.estimation import REVOLUTION, best_crank_shift, shift_crank
 from conrod.own.tables.slides import Hypothesis, slide_hypotheses
-from conrod.own.tables.stuck import MIN_ROWS, remaining, stuck_rows, stuck_words, without_stuck
+from conrod.own.tables.stuck import MIN_STUCK_ROWS, drop_stuck, replace_stuck, stuck_rows, stuck_words
 
-# The two units of a slip: the size of the one taken for the other. Either may be taken for the other.
-LENGTHS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
-ANGLES = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / TURN}
-SPEEDS = {("deg/s", "rad/s"): 180.0 / math.pi, ("rpm", "rad/s"): 30.0 / math.pi}
-# Stamps that differ by less than this share are one and the same.
+# Pairs of units that are mistaken for each other, with the ratio of their sizes; either may be taken for the other.
+LENGTH_SLIPS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
+ANGLE_SLIPS = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / REVOLUTION}
+SPEED_SLIPS = {("deg/s", "rad/s"): 180.0 / math.pi, ("rpm", "rad/s"): 30.0 / math.pi}
+# Time shifts of two quantities that differ by less than this share are the same.
 SAME_STAMP = 0.02
-FINE = 1e-13  # relative, of a stamp and of what it leaves
-BEYOND = 1e6  # times L, where the linkage does not go
-HALF_TURN = 0.5  # of a period: beyond it another instant of another turn is nearer
-# Fewer numbers for each unknown are fitted by almost anything.
-NUMBERS_EACH = 3
-# A cause reproduces a difference where no more than this share of it is left once the cause is undone; of a difference
-# beyond L itself, than this share of L.
-LEFT = 0.05
-MUCH_LESS, ALL = 0.1, 1e-6
-HALF = 0.5  # of a difference that values which stand still make, for them to be named beside what else is wrong
-NOTEWORTHY = 1e-6  # nobody asks why an error is that small, but for a tolerance: tables are written with so many digits
+SOLVER_TOLERANCE = 1e-13  # relative, of a time shift and of its sum of squares
+OUT_OF_REACH_ERROR = 1e6  # times L, where the linkage does not go
+MAX_STAMP_PERIODS = 0.5  # beyond half a period a time shift is nearer to another turn
+# With fewer numbers per unknown almost any hypothesis fits.
+MIN_NUMBERS_PER_UNKNOWN = 3
+# A cause reproduces an error where undoing it leaves at most this share of it, or of L where the error exceeds L.
+MAX_REMAINING_SHARE = 0.05
+# A cause replaces another where it leaves less than this factor of what the other leaves; shares below the second are
+# rounding.
+FAR_BETTER_FACTOR, FULLY_EXPLAINED = 0.1, 1e-6
+# A stuck column is named with other causes where replacing it leaves at most this share of some error.
+MAX_STUCK_REMAINING = 0.5
+# Smaller errors are explained only where a tolerance is exceeded: tables are written with about so many digits.
+MIN_NOTEWORTHY_ERROR = 1e-6
 STUCK = "dead sensor"
-# Rows that causes are looked for in, evenly spread: plenty to tell a twentieth.
-MOST_ROWS = 5_000
+# Causes are searched in at most so many evenly spread rows.
+MAX_CAUSE_ROWS = 5_000
 
 
 @dataclass(frozen=True)
@@ -54,29 +57,29 @@ class Cause:
     explains: Mapping[str, tuple[float, float]]
 
 
-def likely_causes(table: Exact, wrong: Sequence[str]) -> tuple[Cause, ...]:
-    """Causes that reproduce what is wrong: those that explain most first, then those that leave least.
+def likely_causes(table: TableComparison, wrong: Sequence[str]) -> tuple[Cause, ...]:
+    """Find the causes that reproduce a table's errors, those that explain most errors first.
 
     Args:
         wrong: names of the errors that are to be explained.
     """
-    rows = table.thinned(MOST_ROWS)
+    rows = table.thin_rows(MAX_CAUSE_ROWS)
     before = {name: size for name in wrong if (size := rows.largest(name))}
-    found, stuck = _explaining(rows, before), stuck_rows(rows)
+    found, stuck = _reproducing_causes(rows, before), stuck_rows(rows)
     if not stuck or (found and STUCK not in [cause.kind for cause in found]):
         return found
-    # A sensor that stands still says so itself; what is left once it is out may have a cause of its own.
-    rest = remaining(rows, stuck)
-    after = {name: rest.largest(name) or 0.0 for name in before} if len(rest.times) >= MIN_ROWS else {}
-    others = _explaining(rest, {name: size for name, size in after.items() if size > NOTEWORTHY})
+    # The other columns may have a further cause, which shows once the stuck ones are left out.
+    rest = drop_stuck(rows, stuck)
+    after = {name: rest.largest(name) or 0.0 for name in before} if len(rest.times) >= MIN_STUCK_ROWS else {}
+    others = _reproducing_causes(rest, {name: size for name, size in after.items() if size > MIN_NOTEWORTHY_ERROR})
     explains = {name: (size, after.get(name, 0.0)) for name, size in before.items() if after.get(name, 0.0) < size}
-    helps = any(left <= HALF * size for size, left in explains.values())
+    helps = any(left <= MAX_STUCK_REMAINING * size for size, left in explains.values())
     own = Cause(STUCK, stuck_words(rows, stuck), explains)
     return (own, *(cause for cause in others if cause.kind != STUCK)) if others or helps else ()
 
 
-def _explaining(rows: Exact, before: Mapping[str, float]) -> tuple[Cause, ...]:
-    """Causes that reproduce differences of some sizes: those that explain most first, then those that leave least."""
+def _reproducing_causes(rows: TableComparison, before: Mapping[str, float]) -> tuple[Cause, ...]:
+    """Find the causes that reproduce errors of given sizes, those that explain most errors first."""
     found: dict[str, Cause] = {}
     for kind, text, undone, concerns in _hypotheses(rows, tuple(before)):
         explains = {}
@@ -85,112 +88,122 @@ def _explaining(rows: Exact, before: Mapping[str, float]) -> tuple[Cause, ...]:
                 after = undone.largest(name) if name in concerns else None
             except InvalidInput:
                 break  # the linkage does not come to where the crank would then be
-            if after is not None and after <= LEFT * min(size, 1.0) and not _is_stillness(rows, undone, name, after):
+            if (
+                after is not None
+                and after <= MAX_REMAINING_SHARE * min(size, 1.0)
+                and not _is_stillness(rows, undone, name, after)
+            ):
                 explains[name] = (size, after)
         cause = Cause(kind, text, explains)
-        # Of one kind the first is the simplest: another one must leave far less.
-        if explains and (kind not in found or _left(cause) < MUCH_LESS * _left(found[kind])):
+        # The first hypothesis of a kind is the simplest: another must leave far less.
+        if explains and (
+            kind not in found or _remaining_share(cause) < FAR_BETTER_FACTOR * _remaining_share(found[kind])
+        ):
             found[kind] = cause
-    ranked = sorted(found.values(), key=lambda cause: (-len(cause.explains), _left(cause)))
-    return tuple(cause for place, cause in enumerate(ranked) if not _beaten(cause, ranked[:place]))
+    ranked = sorted(found.values(), key=lambda cause: (-len(cause.explains), _remaining_share(cause)))
+    return tuple(cause for place, cause in enumerate(ranked) if not _is_beaten(cause, ranked[:place]))
 
 
-def _is_stillness(table: Exact, undone: Exact, name: str, after: float) -> bool:
-    """True if a difference is small because undoing the slip makes the exact motion stand still, as the table does."""
+def _is_stillness(table: TableComparison, undone: TableComparison, name: str, after: float) -> bool:
+    """True if an error is small because undoing the slip makes the exact motion stand still, as the table does."""
     travel = _travel(undone, name)
-    return travel < _travel(table, name) and after >= LEFT * travel
+    return travel < _travel(table, name) and after >= MAX_REMAINING_SHARE * travel
 
 
-def _travel(table: Exact, name: str) -> float:
-    """Largest travel, normalised, in the exact motion, of the columns that an error is of."""
+def _travel(table: TableComparison, name: str) -> float:
+    """Largest normalised travel, in the exact motion, of the columns that an error is computed from."""
     travels = [0.0]
     for point in table.points(name):
-        exact = getattr((table.nominal if name == "total" else table.reached).point(point), ERRORS[name])
+        exact = getattr(
+            (table.motion_at_nominal_crank if name == "total" else table.motion_at_own_crank).point(point), ERRORS[name]
+        )
         axes = list(table.axes(name, point))
-        travels.append(float(np.ptp(exact[:, axes], axis=0).max()) / table.norm(name, point))
+        travels.append(float(np.ptp(exact[:, axes], axis=0).max()) / table.normalising_size(name, point))
     return max(travels)
 
 
-def _beaten(cause: Cause, better: Sequence[Cause]) -> bool:
-    """True if others explain all that a cause does, and leave far less of it."""
+def _is_beaten(cause: Cause, better: Sequence[Cause]) -> bool:
+    """True if other causes explain every error that this cause explains, and leave far less of each."""
     return all(
-        any(name in b.explains and _left(b) < MUCH_LESS * _left(cause) for b in better) for name in cause.explains
+        any(name in b.explains and _remaining_share(b) < FAR_BETTER_FACTOR * _remaining_share(cause) for b in better)
+        for name in cause.explains
     )
 
 
-def _left(cause: Cause) -> float:
-    """The share that is left; below a part in a million all is explained, and which leaves less is rounding."""
-    return max(ALL, *(after / before for before, after in cause.explains.values()))
+def _remaining_share(cause: Cause) -> float:
+    """Largest share of an explained error that remains; below `FULLY_EXPLAINED` it counts as rounding."""
+    return max(FULLY_EXPLAINED, *(after / before for before, after in cause.explains.values()))
 
 
 # -- slips -----------------------------------------------------------------------------------------------------------
 
 
-def _hypotheses(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
-    """All slips that a table may suffer from, undone; of one kind the simplest first."""
+def _hypotheses(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypothesis]:
+    """Undo each slip that a table may suffer from; within one kind the simplest comes first."""
     if stuck := stuck_rows(table):
-        yield STUCK, stuck_words(table, stuck), without_stuck(table, stuck), ERRORS
-    yield from _units(table)
+        yield STUCK, stuck_words(table, stuck), replace_stuck(table, stuck), ERRORS
+    yield from _unit_slips(table)
     opposite = table.scene.with_parameters(speed=-table.scene.speed)
-    backwards = replace(table.scaled(-1.0, *CRANK), scene=opposite)
+    backwards = replace(table.scale_columns(-1.0, *CRANK), scene=opposite)
     yield "opposite sense", "the crank turns in the opposite sense", backwards, ERRORS
     other = str.maketrans(AXES, AXES[::-1])
     swapped = {f"{n[:-1]}{n[-1].translate(other)}" if "." in n else n: values for n, values in table.values.items()}
     yield "axes swapped", "x and y are swapped", replace(table, values=swapped), ERRORS
     if "total" in wrong or "position" in wrong:
-        yield from _frame(table)
-    yield from _times(table, wrong)
+        yield from _frame_slips(table)
+    yield from _time_slips(table, wrong)
     yield from slide_hypotheses(table)
 
 
-def _units(table: Exact) -> Iterator[Hypothesis]:
+def _unit_slips(table: TableComparison) -> Iterator[Hypothesis]:
+    """Undo units that were mistaken for others, of lengths, angles and the crank's speed."""
     moving = [name for name in table.values if "." in name]
-    for factor, slip in _slips(LENGTHS):
-        scaled = table.scaled(1.0 / factor, *moving)
+    for factor, slip in _factors_both_ways(LENGTH_SLIPS):
+        scaled = table.scale_columns(1.0 / factor, *moving)
         yield "length unit", f"lengths are {factor:.6g} times too large: {slip}", scaled, ERRORS
-    for factor, slip in _slips(ANGLES) if CRANK_ANGLE in table.values else ():
-        scaled = table.scaled(1.0 / factor, *CRANK)
+    for factor, slip in _factors_both_ways(ANGLE_SLIPS) if CRANK_ANGLE in table.values else ():
+        scaled = table.scale_columns(1.0 / factor, *CRANK)
         yield "angle unit", f"crank angles are {factor:.6g} times too large: {slip}", scaled, ERRORS
     # Positions alone: at another speed, velocities are others too.
     concerns = ("total",) if CRANK_ANGLE in table.values else ("total", "position")
-    for factor, slip in _slips(SPEEDS):
-        scaled = table.scaled(factor, TIME)
+    for factor, slip in _factors_both_ways(SPEED_SLIPS):
+        scaled = table.scale_columns(factor, TIME)
         yield "speed unit", f"the crank turns at {factor:.6g} times the nominal speed: {slip}", scaled, concerns
 
 
-def _slips(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]]:
-    """Factors that units are taken wrongly by, with the slip; both ways round."""
+def _factors_both_ways(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]]:
+    """Factors by which values are wrong where one unit is taken for the other, with the slip in words."""
     for (one, other), factor in units.items():
         yield factor, f"{one} taken for {other}"
         yield 1.0 / factor, f"{other} taken for {one}"
 
 
-def _frame(table: Exact) -> Iterator[Hypothesis]:
-    """Another origin, and another origin with axes that are turned: the mean, and the closed solution in the plane."""
+def _frame_slips(table: TableComparison) -> Iterator[Hypothesis]:
+    """Undo another origin, and another origin with turned axes, by least squares."""
     axes = {point: list(table.axes("position", point)) for point in table.points("position")}
-    if not _determined(table, 2):
+    if not _has_enough_numbers(table, 2):
         return
 
     def mean(values: Mapping[str, Array]) -> complex:
-        """Mean over all rows and points of what each has (T,), by its length."""
+        """Average values (T,) of points over all rows, each point weighted by 1 / L^2."""
         weights = [table.scene.lengths[point] ** -2 for point in values]
         return complex(np.average([own.mean() for own in values.values()], weights=weights)) if values else 0j
 
     off = {point: table.difference("position", point) for point in axes}
     x, y = (mean({p: off[p][:, own.index(k)] for p, own in axes.items() if k in own}).real for k in (0, 1))
-    yield _reframed(table, complex(x, y), 0.0)
+    yield _undo_frame(table, complex(x, y), 0.0)
     every = [table.axes(name, point) for name in ERRORS for point in table.points(name)]
-    if any(len(own) == 1 for own in every) or not _determined(table, 3):
+    if any(len(own) == 1 for own in every) or not _has_enough_numbers(table, 3):
         return
     found = {p: table.values[f"{p}.x"] + 1j * table.values[f"{p}.y"] for p in axes}
     exact = {p: found[p] - off[p] @ [1.0, 1.0j] for p in axes}
     middle, centre = mean(exact), mean(found)
     turn = float(np.angle(mean({p: np.conj(exact[p] - middle) * (found[p] - centre) for p in axes})))
-    yield _reframed(table, centre - complex(np.exp(1j * turn)) * middle, turn)
+    yield _undo_frame(table, centre - complex(np.exp(1j * turn)) * middle, turn)
 
 
-def _reframed(table: Exact, offset: complex, turn: float) -> Hypothesis:
-    """A table in a frame that is offset [m] and turned [rad], back in the scene's."""
+def _undo_frame(table: TableComparison, offset: complex, turn: float) -> Hypothesis:
+    """Transform a table from a frame that is offset [m] and turned [rad] into the scene's."""
     values, back = dict(table.values), np.exp(-1j * turn)
     for name in table.values:
         owner, axis = name[:-1], name[-1]
@@ -204,56 +217,59 @@ def _reframed(table: Exact, offset: complex, turn: float) -> Hypothesis:
     return "frame", text, replace(table, values=values), ERRORS
 
 
-def _determined(table: Exact, unknowns: int) -> bool:
-    """True if there are enough numbers to determine so many unknowns."""
+def _has_enough_numbers(table: TableComparison, unknowns: int) -> bool:
+    """True if a table has enough positions to fit a number of unknowns."""
     numbers = sum(len(table.axes("position", point)) for point in table.points("position")) * len(table.times)
-    return numbers >= NUMBERS_EACH * unknowns
+    return numbers >= MIN_NUMBERS_PER_UNKNOWN * unknowns
 
 
-def _times(table: Exact, wrong: Collection[str]) -> Iterator[Hypothesis]:
-    """The crank's zero and the clock, found from anywhere in the turn; then single quantities at other instants."""
+def _time_slips(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypothesis]:
+    """Undo another crank zero, a clock offset, and time shifts of velocities or accelerations alone."""
     scene, shifts = table.scene, []
     # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
-    turns = scene.kinematics.mechanism.driver.span is None and _determined(table, 1)
+    turns = scene.kinematics.mechanism.driver.span is None and _has_enough_numbers(table, 1)
     if turns and CRANK_ANGLE in table.values and "position" in wrong:
-        by, *_ = shift_of(table, "position")
+        by, *_ = best_crank_shift(table, "position")
         shifts.append(by / scene.speed)
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
-        yield "crank zero", text, ahead(table, by), ERRORS
+        yield "crank zero", text, shift_crank(table, by), ERRORS
     if turns and "total" in wrong:
-        clock = shift_of(table, "total")[0] / scene.speed
+        clock = best_crank_shift(table, "total")[0] / scene.speed
         shifts.append(clock)
         off = f"(or the crank is {math.degrees(abs(clock * scene.speed)):.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
-        text = f"each row belongs {_steps(clock, table)} than its time says {off}"
-        yield "time offset", text, table.later(clock), ERRORS
+        text = f"each row belongs {_steps_words(clock, table)} than its time says {off}"
+        yield "time offset", text, table.shift_time(clock), ERRORS
     for name in ("velocity", "acceleration"):
-        stamp = _stamp_of(name, table) if name in wrong else None
+        stamp = _fit_stamp(name, table) if name in wrong else None
         if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):
-            text = f"each {name} belongs {_steps(stamp, table)} than its row says"
-            yield f"{name} stamp", text, table.later(stamp), (name,)
+            text = f"each {name} belongs {_steps_words(stamp, table)} than its row says"
+            yield f"{name} stamp", text, table.shift_time(stamp), (name,)
 
 
-def _stamp_of(name: str, table: Exact) -> float | None:
-    """Time by which the values of a quantity belong later than their rows say [s], by least squares.
+def _fit_stamp(name: str, table: TableComparison) -> float | None:
+    """Time [s] by which a quantity's values belong later than their rows say, by least squares.
 
     Returns:
         None where no shift within half a turn makes the difference smaller.
     """
-    period, still = table.scene.period, table.misses(name).ravel()
+    period, still = table.scene.period, table.normalised_differences(name).ravel()
 
     def errors(by: Array) -> Array:
         try:
-            return table.later(float(by[0]) * period).misses(name).ravel()
+            return table.shift_time(float(by[0]) * period).normalised_differences(name).ravel()
         except InvalidInput:  # the linkage does not come to where the crank would then be
-            return np.full_like(still, BEYOND)
+            return np.full_like(still, OUT_OF_REACH_ERROR)
 
-    bounds = (-HALF_TURN, HALF_TURN)
-    found = least_squares(errors, [0.0], jac="3-point", bounds=bounds, xtol=FINE, ftol=FINE, gtol=FINE)
-    within = abs(found.x[0]) < 0.99 * HALF_TURN
+    bounds = (-MAX_STAMP_PERIODS, MAX_STAMP_PERIODS)
+    found = least_squares(
+        errors, [0.0], jac="3-point", bounds=bounds, xtol=SOLVER_TOLERANCE, ftol=SOLVER_TOLERANCE, gtol=SOLVER_TOLERANCE
+    )
+    within = abs(found.x[0]) < 0.99 * MAX_STAMP_PERIODS
     return float(found.x[0]) * period if within and found.cost < 0.5 * float(still @ still) else None
 
 
-def _steps(by: float, table: Exact) -> str:
+def _steps_words(by: float, table: TableComparison) -> str:
+    """Describe a time shift in seconds and steps, as '0.001 s (0.5 of a step) later'."""
     step = float(np.median(np.diff(table.times)))
     return f"{abs(by):.4g} s ({abs(by) / step:.3g} of a step) {'later' if by > 0 else 'earlier'}"

@@ -1,4 +1,4 @@
-"""What a table's clock is allowed where its crank has a prescribed speed: rounding, and the digits that are written."""
+"""Allowed clock errors of a table whose crank has a prescribed speed: rounding, and the digits that are written."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import numpy as np
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.exact.motion import Array
 from conrod.own.tables.columns import CRANK_ANGLE, TIME
-from conrod.own.tables.errors import Exact
+from conrod.own.tables.errors import TableComparison
 from conrod.own.tables.reading import Reading
 
 EPS = float(np.finfo(float).eps)
-DIGITS = 17  # that tell doubles apart
+DOUBLE_DIGITS = 17  # that tell doubles apart
 # Distances that are whole multiples of one show that rows are missing where most are that one, or it is so many times
 # the rounding of the digits: numbers of few digits are multiples of the last one whatever they were.
-MAX_GAPS, CLEAR_OF_DIGITS = 0.25, 3.0
-SMALL = 0.1  # share of the distances that are no larger than the one that rows are taken to be apart
+MAX_GAP_SHARE, MIN_SPACING_DIGITS = 0.25, 3.0
+SPACING_QUANTILE = 0.1  # share of the distances that are no larger than the one that rows are taken to be apart
 
 
-def clock_limits(table: Exact, reading: Reading, asked: Mapping[str, float]) -> dict[str, float]:
-    """Limits that follow from those asked for; none where the table has no crank angle, or the user sets `total`.
+def clock_limits(table: TableComparison, reading: Reading, asked: Mapping[str, float]) -> dict[str, float]:
+    """Allowed `phase` and `total` that follow from the tolerances given; empty without a crank angle.
 
     Errors at the angle that a table says show no wrong clock. An angle at the prescribed speed is off by rounding, and
     by the digits that its column and that of the time are written with; the position at the nominal time by what
@@ -33,8 +33,8 @@ def clock_limits(table: Exact, reading: Reading, asked: Mapping[str, float]) -> 
         return {}
     factors = {column.name: column.factor for column in reading.columns}
     rounding = phase_bound(len(nominal), float(np.abs(nominal).max()) / (2.0 * math.pi))
-    written = abs(scene.speed) * _written(values[TIME], values[TIME], factors[TIME])
-    written += _written(values[CRANK_ANGLE], nominal + table.phases, factors[CRANK_ANGLE])
+    written = abs(scene.speed) * _digit_rounding(values[TIME], values[TIME], factors[TIME])
+    written += _digit_rounding(values[CRANK_ANGLE], nominal + table.phases, factors[CRANK_ANGLE])
     phase = asked.get("phase", rounding + written)
     limits = {"phase": phase}
     if "position" in asked:
@@ -42,7 +42,7 @@ def clock_limits(table: Exact, reading: Reading, asked: Mapping[str, float]) -> 
     return limits
 
 
-def _written(values: Array, course: Array, factor: float) -> float:
+def _digit_rounding(values: Array, course: Array, factor: float) -> float:
     """Bound on the rounding of a column by the digits that it is written with, SI.
 
     Half of the last digit, or of a single's; no more than the column leaves equal spacing by, so that whole numbers
@@ -56,30 +56,31 @@ def _written(values: Array, course: Array, factor: float) -> float:
     if not len(written):
         return 0.0
     first = np.floor(np.log10(written))
-    unknown = 2.0**-24 * written.max() if _same(written, written.astype(np.float32)) else 0.0
-    for digits in range(1, DIGITS + 1):
+    unknown = 2.0**-24 * written.max() if _are_equal_to_rounding(written, written.astype(np.float32)) else 0.0
+    for digits in range(1, DOUBLE_DIGITS + 1):
         last = 10.0 ** (first - digits + 1)
-        if digits == DIGITS or _same(written, np.rint(written / last) * last):
+        if digits == DOUBLE_DIGITS or _are_equal_to_rounding(written, np.rint(written / last) * last):
             unknown = max(unknown, 0.5 * float(last.max()))
             break
-    place = _places(course, unknown * factor)
+    place = _row_numbers(course, unknown * factor)
     even = course[0] + place * ((course[-1] - course[0]) / place[-1])
     return min(unknown * factor, float(np.abs(course - even).max()))
 
 
-def _places(course: Array, unknown: float) -> Array:
-    """Number each row (T,) from 0, missing rows counted: distances are multiples of a small one.
+def _row_numbers(course: Array, unknown: float) -> Array:
+    """Number each row (T,) from 0, counting missing rows: distances are multiples of a small one.
 
     Args:
         unknown: bound on the rounding of the digits, in the unit of the course.
     """
     distances = np.diff(course)
-    apart = float(np.quantile(np.abs(distances), SMALL, method="lower"))
+    apart = float(np.quantile(np.abs(distances), SPACING_QUANTILE, method="lower"))
     counts = np.maximum(np.rint(np.abs(distances) / apart), 1.0) if apart else np.ones_like(distances)
-    if apart < CLEAR_OF_DIGITS * unknown and np.mean(counts > 1.0) > MAX_GAPS:
+    if apart < MIN_SPACING_DIGITS * unknown and np.mean(counts > 1.0) > MAX_GAP_SHARE:
         counts = np.ones_like(distances)
     return np.concatenate([[0.0], np.cumsum(counts)])
 
 
-def _same(written: Array, rounded: Array) -> bool:
+def _are_equal_to_rounding(written: Array, rounded: Array) -> bool:
+    """True if numbers equal others but for double rounding."""
     return bool(np.all(np.abs(written - rounded) <= 4.0 * EPS * written))

@@ -27,13 +27,13 @@ DIMENSIONS = {
     "rad/s^2": "angular acceleration",
 }
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
-KINDS = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
-OTHER_ALPHABETS = "\u0400"  # Cyrillic and beyond; Latin and Greek letters, which stand for quantities, come before
-LISTED = 20  # headings of a table that an error names
+UNIT_FAMILIES = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))
+FIRST_UNREAD_LETTER = "\u0400"  # Cyrillic and beyond; Latin and Greek letters, which stand for quantities, come before
+MAX_LISTED_HEADINGS = 20  # headings of a table that an error names
 
 
 @dataclass(frozen=True)
-class Request:
+class ColumnRequest:
     """Columns and units that a user names.
 
     Attributes:
@@ -47,7 +47,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Column:
-    """A column that is used.
+    """A column of a table that is used.
 
     Attributes:
         name: of the quantity, a key of `quantities`.
@@ -67,13 +67,13 @@ class Column:
 
 
 def quantities(points: Sequence[str]) -> dict[str, str]:
-    """All that columns may be in a table of some observed points, as `C.x`, `C.vx`, `crank_angle`: SI unit by name."""
+    """SI unit of each quantity that a table of some observed points may hold, as `C.x`, `C.vx`, `crank_angle`."""
     own = {f"{p}.{letter}{axis}": unit for p in points for letter, unit in MOTION.values() for axis in AXES}
     return {TIME: "s", **CRANK, **own}
 
 
-def request(columns: Mapping[str, str], units: Sequence[str], points: Sequence[str]) -> Request:
-    """Columns that a user names by quantity, and units of those whose heading has none.
+def column_request(columns: Mapping[str, str], units: Sequence[str], points: Sequence[str]) -> ColumnRequest:
+    """Check the columns that a user names by quantity, and the units of columns without one.
 
     Raises:
         InvalidInput: something that is no quantity of the scene, or no unit.
@@ -86,11 +86,11 @@ def request(columns: Mapping[str, str], units: Sequence[str], points: Sequence[s
     for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
-    return Request(columns, tuple(units))
+    return ColumnRequest(columns, tuple(units))
 
 
-def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> list[Column]:
-    """The columns of a table that are used, in the order of `quantities`.
+def choose_columns(headings: Sequence[str], points: Sequence[str], asked: ColumnRequest) -> list[Column]:
+    """Choose the columns of a table that are used, in the order of `quantities`.
 
     Args:
         headings: of all columns, with their units where they have any.
@@ -99,21 +99,23 @@ def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> li
     Raises:
         InvalidInput: a column that is missing, may be several things, or whose unit cannot be determined.
     """
-    places = _places(headings, points, asked)
+    places = _match_columns(headings, points, asked)
     missing = () if places.keys() - {TIME} else (f"any of {', '.join(points)} or the crank", f"{points[0]}.x")
     missing = missing if TIME in places else ("the time", TIME)
     if missing:
         raise InvalidInput(
-            f"no column for {missing[0]} among {', '.join(map(repr, filter(None, headings[:LISTED])))}; "
+            f"no column for {missing[0]} among {', '.join(map(repr, filter(None, headings[:MAX_LISTED_HEADINGS])))}; "
             f"say which it is, by its name or its number from 1, with --column {missing[1]}=..."
         )
     columns = [
-        column_of(name, dimension, places[name], headings[places[name]], parted(headings[places[name]])[1], asked)
+        column_with_unit(
+            name, dimension, places[name], headings[places[name]], split_heading(headings[places[name]])[1], asked
+        )
         for name, dimension in quantities(points).items()
         if name in places
     ]
     # Of a length that has a unit and one that has none either guess may be a factor 1000 off.
-    for kind in KINDS:
+    for kind in UNIT_FAMILIES:
         units = {column.name: column for column in columns if quantities(points)[column.name] in kind}
         without = [name for name, column in units.items() if column.unit_from == "assumed"]
         if without and (stated := [name for name in units if name not in without]):
@@ -124,13 +126,15 @@ def choose(headings: Sequence[str], points: Sequence[str], asked: Request) -> li
     return columns
 
 
-def _places(headings: Sequence[str], points: Sequence[str], asked: Request) -> dict[str, int]:
-    """Place of the column of each quantity that the table has."""
-    places = {name: _place_of(wanted, name, headings) for name, wanted in asked.columns.items()}
+def _match_columns(headings: Sequence[str], points: Sequence[str], asked: ColumnRequest) -> dict[str, int]:
+    """Index of the column of each quantity that the table has."""
+    places = {name: _find_column(wanted, name, headings) for name, wanted in asked.columns.items()}
     free = [name for name in quantities(points) if name not in places]
     for place, heading in enumerate(headings):
         # Words of other alphabets, which are not read, may say that x is a velocity; t is always the time.
-        name = meant_by(parted(heading)[0], free, points) or meant_by(_symbol(heading), {TIME} & set(free), points)
+        name = quantity_named(split_heading(heading)[0], free, points) or quantity_named(
+            _latin_words(heading), {TIME} & set(free), points
+        )
         if name is None or place in places.values():
             continue
         if name in places:
@@ -142,20 +146,22 @@ def _places(headings: Sequence[str], points: Sequence[str], asked: Request) -> d
     return places
 
 
-def _place_of(wanted: str, quantity: str, headings: Sequence[str]) -> int:
-    """The column that a user named: by its heading, by the name in that, or by its number from 1."""
-    for names in ([heading.strip() for heading in headings], [parted(heading)[0] for heading in headings]):
+def _find_column(wanted: str, quantity: str, headings: Sequence[str]) -> int:
+    """Index of a column that a user named by its heading, by the name in it, or by its number from 1."""
+    for names in ([heading.strip() for heading in headings], [split_heading(heading)[0] for heading in headings]):
         if (count := names.count(wanted)) > 1:
             raise InvalidInput(f"--column {quantity}={wanted}: the table has {count} columns of that name")
         if count:
             return names.index(wanted)
     if wanted.isdecimal() and 1 <= int(wanted) <= len(headings):
         return int(wanted) - 1
-    raise unknown_choice(f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:LISTED])))
+    raise unknown_choice(
+        f"column in --column {quantity}=", wanted, dict.fromkeys(filter(None, headings[:MAX_LISTED_HEADINGS]))
+    )
 
 
-def meant_by(heading: str, among: Collection[str], points: Sequence[str]) -> str | None:
-    """The one quantity that a name stands for; None where it is none, or may be several.
+def quantity_named(heading: str, among: Collection[str], points: Sequence[str]) -> str | None:
+    """The only quantity that a heading can name; None if it names none, or may name several.
 
     Upper and lower case tell things apart before they are taken for the same: `Ax` is x of a point A, `ax` an
     acceleration. The only point needs no name.
@@ -170,50 +176,52 @@ def meant_by(heading: str, among: Collection[str], points: Sequence[str]) -> str
 
 
 def _spellings(name: str, is_only: bool) -> list[str]:
+    """Names, without signs, by which a heading may call a quantity."""
     point, _, component = name.rpartition(".")
     others = [f"{component}{_letters(point)}", *([component] if is_only else [])] if point else [OTHER_NAMES[name]]
     return [_letters(name), *others]
 
 
-def _symbol(heading: str) -> str:
-    """What stands in a heading beside words of other alphabets, as t in `时间 t`; empty where there are none."""
-    words = re.findall(r"\w+", parted(heading)[0])
-    symbols = [word for word in words if not all(letter >= OTHER_ALPHABETS for letter in word)]
+def _latin_words(heading: str) -> str:
+    """Words of a heading next to words of other alphabets, as t in `时间 t`; empty if all are alike."""
+    words = re.findall(r"\w+", split_heading(heading)[0])
+    symbols = [word for word in words if not all(letter >= FIRST_UNREAD_LETTER for letter in word)]
     return " ".join(symbols) if len(symbols) < len(words) else ""
 
 
 def _letters(name: str) -> str:
+    """A name without signs and blanks."""
     return re.sub(r"[\W_]+", "", name)
 
 
 # -- units -----------------------------------------------------------------------------------------------------------
 
 # What begins with a digit is no unit but an index: r_0[1].
-BRACKETED = re.compile(r"(?P<name>.*\S)\s*[\[(]\s*(?P<unit>[^\])\d\s][^\])]*)[\])]\s*")
-NONE = ("", "-", "1")
+HEADING_WITH_UNIT = re.compile(r"(?P<name>.*\S)\s*[\[(]\s*(?P<unit>[^\])\d\s][^\])]*)[\])]\s*")
+NO_UNIT = ("", "-", "1")
 # Brackets as Chinese and Japanese texts have them.
 FULL_WIDTH = str.maketrans("\uff08\uff09\uff3b\uff3d", "()[]")
 
 
-def parted(heading: str) -> tuple[str, str]:
-    """The name in a heading and the unit that stands in brackets behind it, empty for none."""
-    found = BRACKETED.fullmatch(" ".join(heading.translate(FULL_WIDTH).split()))
+def split_heading(heading: str) -> tuple[str, str]:
+    """Split a heading into its name and the unit in brackets after it, empty if it has none."""
+    found = HEADING_WITH_UNIT.fullmatch(" ".join(heading.translate(FULL_WIDTH).split()))
     return (found["name"], found["unit"].strip()) if found else (heading.strip(), "")
 
 
 def bare_unit(cell: str) -> str | None:
-    """The unit in a cell of a row of units, with or without brackets; empty for none, None where it is no unit."""
+    """The unit in a cell of a row of units, with or without brackets; empty for none, None if it is no unit."""
     text = cell.strip().strip("[]()").strip()
-    return "" if text in NONE else text if is_unit(text) else None
+    return "" if text in NO_UNIT else text if is_unit(text) else None
 
 
 def is_unit(text: str) -> bool:
-    """True if this is a unit of anything that may stand in a table."""
-    return any(factor(text, dimension) is not None for dimension in DIMENSIONS)
+    """True if a text is a unit of any quantity that a table may hold."""
+    return any(factor_to_si(text, dimension) is not None for dimension in DIMENSIONS)
 
 
 @cache
-def factor(unit: str, dimension: str) -> float | None:
+def factor_to_si(unit: str, dimension: str) -> float | None:
     """Factor from a unit to SI; None where it is no unit of the dimension, which is a key of `DIMENSIONS`."""
     try:
         return parse_quantity("unit", f"1 {unit.replace('°', 'deg')}", dimension) if unit.strip() else None
@@ -221,8 +229,8 @@ def factor(unit: str, dimension: str) -> float | None:
         return None
 
 
-def column_of(name: str, dimension: str, place: int, heading: str, stated: str, asked: Request) -> Column:
-    """A column with its unit: that which is stated, or else a named one that fits.
+def column_with_unit(name: str, dimension: str, place: int, heading: str, stated: str, asked: ColumnRequest) -> Column:
+    """Build a column with the unit that is stated or, without one, with a unit that the user gave.
 
     Args:
         dimension: SI unit of what it holds.
@@ -233,8 +241,8 @@ def column_of(name: str, dimension: str, place: int, heading: str, stated: str, 
     """
     # Whose lengths are in mm, its velocities are in mm/s.
     ways = [way for unit in asked.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
-    general = next((way for way in ways if factor(way, dimension) is not None), "")
+    general = next((way for way in ways if factor_to_si(way, dimension) is not None), "")
     unit, source = (stated, "heading") if stated else (general, "--unit") if general else (dimension, "assumed")
-    if (scale := factor(unit, dimension)) is None:
+    if (scale := factor_to_si(unit, dimension)) is None:
         raise InvalidInput(f"column {heading!r}: {unit!r} is no unit of {DIMENSIONS[dimension]}")
     return Column(name, place, heading, unit, scale, source)

@@ -1,4 +1,4 @@
-"""A table judged: what it says, how its clock and frame stand, how far it is off, and why."""
+"""The study of a table: its errors against the exact motion, its clock and frame, and likely causes."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from conrod.errors import InvalidInput
-from conrod.own.tables.causes import NOTEWORTHY, Cause, likely_causes
+from conrod.own.tables.causes import MIN_NOTEWORTHY_ERROR, Cause, likely_causes
 from conrod.own.tables.clock import clock_limits
 from conrod.own.tables.columns import TIME, Column, quantities
-from conrod.own.tables.coverage import RMS, check_moving, quantity_of, still_columns, unjudged
-from conrod.own.tables.errors import ERRORS, Errors, Exact
-from conrod.own.tables.estimation import Estimate, aligned, estimate
+from conrod.own.tables.coverage import RMS, check_moving, limited_quantity, still_columns, unjudged_quantities
+from conrod.own.tables.errors import ERRORS, Errors, TableComparison
+from conrod.own.tables.estimation import Estimate, align_clock, estimate
 from conrod.own.tables.reading import Reading
 from conrod.scenes import Scene
 from conrod.studies.frame.prediction import reference_misfit
 from conrod.studies.frame.result import misfit_words
 
-BEYOND = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
+PASS_MARGIN = 1e-6  # [rad], of a pass, by which digits that a table left out may lead
 CLOCK_NOTE = (
     "phase and total are held to the scene's speed from crank angle 0 at time 0: --set speed=SPEED gives another, "
     "--estimate time finds an unknown start, and --tolerance phase=ANGLE allows a drive that does not keep its speed"
@@ -69,7 +69,7 @@ class TableStudy:
         return (self.span[1] - self.span[0]) / self.scene.period
 
     def largest(self, name: str) -> float | None:
-        """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None where there is none."""
+        """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None if the table has none."""
         if name == "phase":
             return self.phase
         of, measure = ("velocity", "rms") if name == RMS else (name, "max")
@@ -85,7 +85,7 @@ class TableStudy:
 
     @property
     def passed(self) -> bool | None:
-        """True if all is within tolerance; None where nothing is judged."""
+        """True if every error is within its tolerance; None if nothing is judged."""
         if self.distrust:
             return False
         return not self.exceeded if self.tolerance else None
@@ -99,7 +99,7 @@ def study_table(
     asked: Sequence[str] = (),
     tolerance: Mapping[str, float] | None = None,
 ) -> TableStudy:
-    """Judge a table.
+    """Judge a table against the exact motion of a scene.
 
     Args:
         asked: what to estimate first, of `estimation.CHOICES`.
@@ -109,9 +109,9 @@ def study_table(
         InvalidInput: a tolerance of what the table has not or of what stands still, or an estimate of what the table
             does not tell.
     """
-    table, limits = Exact(reading.values, scene), dict(tolerance or {})
+    table, limits = TableComparison(reading.values, scene), dict(tolerance or {})
     estimates = estimate(table, asked) if asked else ()
-    table = aligned(table, estimates)
+    table = align_clock(table, estimates)
     _check_pass(table)
     allowed = {**clock_limits(table, reading, limits), **limits}
     found = TableStudy(
@@ -129,26 +129,26 @@ def study_table(
         tolerance=allowed,
         causes=(),
         notes=tuple(_notes(reading, table)),
-        unjudged=unjudged(table, allowed),
+        unjudged=unjudged_quantities(table, allowed),
         distrust=misfit_words(reference_misfit(scene)),
     )
     for name in limits:
         if found.largest(name) is None:
-            what = {"phase": "crank angle"}.get(name, quantity_of(name))
+            what = {"phase": "crank angle"}.get(name, limited_quantity(name))
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
     if found.passed:
         check_moving(table, allowed, limits)
     if "phase" in found.exceeded and "phase" not in limits:
         found = replace(found, notes=(*found.notes, CLOCK_NOTE))
     # None where all are within tolerance, otherwise all that are worth a note.
-    wrong = [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > NOTEWORTHY]
+    wrong = [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > MIN_NOTEWORTHY_ERROR]
     return found if found.passed else replace(found, causes=likely_causes(table, wrong))
 
 
-def _check_pass(table: Exact) -> None:
-    """Refuse a table whose clock leads out of the one pass of an input that cannot turn fully."""
+def _check_pass(table: TableComparison) -> None:
+    """Refuse a table whose times lead beyond the one pass of an input that cannot turn fully."""
     angle, scene, span = table.nominal_angle, table.scene, table.scene.kinematics.mechanism.driver.span
-    if span and (angle.min() < span[0] - BEYOND or angle.max() > span[1] + BEYOND):
+    if span and (angle.min() < span[0] - PASS_MARGIN or angle.max() > span[1] + PASS_MARGIN):
         found, allowed = (
             f"{math.degrees(a):.6g} to {math.degrees(b):.6g} deg" for a, b in ((angle.min(), angle.max()), span)
         )
@@ -158,7 +158,8 @@ def _check_pass(table: Exact) -> None:
         )
 
 
-def _notes(reading: Reading, table: Exact) -> Iterator[str]:
+def _notes(reading: Reading, table: TableComparison) -> Iterator[str]:
+    """Yield what a reader should know of units, repeated rows and missing columns."""
     scene = table.scene
     if reading.repeated:
         yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
@@ -167,5 +168,5 @@ def _notes(reading: Reading, table: Exact) -> Iterator[str]:
         yield f"no unit is given for {', '.join(assumed)}: taken to be SI (s, m, rad); --unit says otherwise"
     if missing := [name for name in quantities(tuple(scene.lengths)) if name not in reading.values]:
         yield f"not in the table: {', '.join(missing)}; motion is not judged then, and the crank taken at its nominal"
-    if still := still_columns(table, NOTEWORTHY):
+    if still := still_columns(table, MIN_NOTEWORTHY_ERROR):
         yield f"{', '.join(still)}: the exact motion stands still there, so that their errors say nothing of it"

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from conrod.engines import presets_of
 from conrod.mechanism.units import unit_in_prose
-from conrod.mjcf.loops.results import LOOPS, LoopStudy, limits_of
+from conrod.mjcf.loops.results import LOOPS, LoopStudy, loop_limits
 from conrod.mjcf.loops.results import QUANTITIES as LOOP_UNITS
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
@@ -170,7 +170,7 @@ def _run_criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[
             return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK_REASON)] if own else [])]
         case LoopStudy():
             return [
-                (run.label, limits_of(study.question.tolerance), run.judged_error, TOLERANCE_REASON)
+                (run.label, loop_limits(study.question.tolerance), run.judged_error, TOLERANCE_REASON)
                 for run in study.runs
             ]
         case TableStudy():

@@ -11,7 +11,7 @@ from conrod.engines import engine_packages
 from conrod.errors import InvalidInput
 from conrod.mjcf.results import InvarianceStudy
 from conrod.own.files import package_hash, sha256, stated_source
-from conrod.own.models.references import sensitivities, shares
+from conrod.own.models.references import sensitivities, uncertainty_shares
 from conrod.own.models.results import ModelStudy
 from conrod.own.tables.study import TableStudy
 from conrod.report import invariances, numbers, trajectory
@@ -73,7 +73,7 @@ def parameters_section(
             None,
         )
     sizes = given or {name: EXAMPLE_UNCERTAINTY * abs(scene.parameters[name]) for name in slopes}
-    together, parts = shares(slopes, sizes)
+    together, parts = uncertainty_shares(slopes, sizes)
     rows = [
         (
             name, numbers.quantity(1e3 * scene.parameters[name], 9), numbers.quantity(float(slope.max()), 3),

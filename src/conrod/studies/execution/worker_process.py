@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import IO, Any, TypeVar
 
 from conrod import ONE_THREAD, SAFE_PATH
-from conrod.errors import COMMANDING, InvalidInput
+from conrod.errors import COMMANDING_CHARACTERS, InvalidInput
 from conrod.runs.trajectory import Outcome
 
 Result = TypeVar("Result")
@@ -236,7 +236,7 @@ def _relay(printed: IO[bytes]) -> None:
     decoder = codecs.getincrementaldecoder("utf-8")("replace")
     with printed, suppress(OSError, ValueError):
         while chunk := os.read(printed.fileno(), 1 << 16):
-            text = decoder.decode(chunk).translate(COMMANDING)
+            text = decoder.decode(chunk).translate(COMMANDING_CHARACTERS)
             with suppress(OSError):  # nobody reads it
                 os.write(2, text.encode())
 
