@@ -112,7 +112,7 @@ def on_the_other_branch(run: LoopRecording) -> LoopRecording:
 @pytest.mark.parametrize(("spoil", "outcome"), [
     (lambda run: run, Outcome.COMPLETED),
     (lambda run: moved(run, 100.0), Outcome.EXPLODED),
-    (lambda run: replace(run, gaps={"slider-pin": np.linspace(0.0, 0.1, len(run.times))}), Outcome.OPENED),
+    (lambda run: replace(run, violations={"slider-pin": np.linspace(0.0, 0.1, len(run.times))}), Outcome.OPENED),
     (on_the_other_branch, Outcome.FLIPPED),
     (lambda run: replace(run, outcome=Outcome.DIVERGED, reason="not finite"), Outcome.DIVERGED),
 ], ids=["as-it-is", "exploded", "opened", "flipped", "diverged"])  # fmt: skip

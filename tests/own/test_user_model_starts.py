@@ -205,7 +205,7 @@ def test_a_run_whose_loops_stay_open_is_opened(first: float, last: float, outcom
     def with_gaps(run: LoopRecording) -> LoopRecording:
         gaps = np.full(len(run.times), last)
         gaps[0] = first
-        return replace(run, gaps={"slider-pin": gaps})
+        return replace(run, violations={"slider-pin": gaps})
 
     study = judged(tmp_path, "saw", SAW, tolerance=ALLOWED, spoil=with_gaps)
     assert study.own.outcome is outcome

@@ -41,7 +41,7 @@ class LoopRecording:
         coordinates: of all joints (nq, K).
         rates, accelerations: of all joints (nv, K).
         points: by name position, velocity and acceleration (3, K, 3).
-        gaps: of each closure (K,), by name.
+        violations: of each closure (K,) [m], by name.
         drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name; empty where not asked for.
         acting: what was seen to act besides weight, inertia and the loops.
     """
