@@ -1,4 +1,4 @@
-"""The end of a command by an error of conrod's own: one line and a status that is no verdict, never a traceback.
+"""The end of a command by an internal error: one line and an exit status, never a traceback.
 
 Exit status 1 says "out of tolerance" alone. `CONROD_DEBUG=1` shows the traceback.
 """
@@ -20,11 +20,11 @@ HOME = Path(__file__).parent
 
 
 class OutputClosed(Exception):
-    """Whoever read the output is gone; no BrokenPipeError, which click and rich would end with status 1."""
+    """The reader of the output is gone; not a BrokenPipeError, for click and rich exit with 1 on it."""
 
 
 def run_guarded(run: Callable[[], object]) -> None:
-    """Run a program to its exit status: what it returns or exits with, or one that is no verdict where it fails."""
+    """Run a program and exit with its status; an error exits with a status other than a verdict's."""
     status: Any
     try:
         status = run()
@@ -39,14 +39,14 @@ def run_guarded(run: Callable[[], object]) -> None:
 
 
 def out_of_memory() -> str:
-    """Say that memory ran out, and how little address space there is where whoever started conrod limited it."""
+    """Say that memory ran out, and the limit on address space if there is one."""
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     allowed = "" if limit == resource.RLIM_INFINITY else f"; {limit >> 20} MiB are allowed here (ulimit -v)"
     return f"out of memory: fewer --steps-per-rev or --revolutions{allowed}"
 
 
 def _report_ending(error: BaseException) -> int:
-    """Say in a line what ended the program; return its status."""
+    """Print in one line the error that ended the program; return its exit status."""
     from conrod.errors import InvalidInput
 
     one = first_error(error)
@@ -64,6 +64,7 @@ def _report_ending(error: BaseException) -> int:
 
 
 def _report_crash(error: BaseException) -> int:
+    """Print an internal error, with its traceback if `CONROD_DEBUG` is set; return its exit status."""
     if os.environ.get(DEBUG, "0") not in ("", "0"):
         import traceback
 
@@ -80,7 +81,7 @@ def crash_line(error: BaseException) -> str:
 
 
 def error_text(error: BaseException) -> str:
-    """Kind and words of an error on one line, of bounded length, whatever its own code does."""
+    """Kind and text of an error on one line of bounded length."""
     one, name = first_error(error), type(error).__name__
     try:
         words = " ".join(str(one).split())
@@ -92,14 +93,14 @@ def error_text(error: BaseException) -> str:
 
 
 def first_error(error: BaseException) -> BaseException:
-    """The first error of a group, or of the groups in it."""
+    """The first error of a group, or of nested groups."""
     while isinstance(error, BaseExceptionGroup):
         error = error.exceptions[0]
     return error
 
 
 def _error_location(error: BaseException) -> str:
-    """Module and line of conrod where an error came from; empty where it was in none."""
+    """Module and line of conrod that raised an error; empty if none did."""
     trace, found = first_error(error).__traceback__, ""
     while trace is not None:
         file = Path(trace.tb_frame.f_code.co_filename)
@@ -117,7 +118,7 @@ def _print_error(text: str) -> None:
 
 
 def _flush_outputs(status: Any) -> Any:
-    """The status, or another where what was printed does not reach whoever reads it."""
+    """Flush both outputs; return the status, or another if the printed text could not be written."""
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:
@@ -133,7 +134,7 @@ def _flush_outputs(status: Any) -> Any:
 
 
 def discard_output(stream: object) -> None:
-    """Forget what a stream cannot take: Python would complain again when it closes it."""
+    """Redirect a stream that cannot be written to the null device, so that closing it raises nothing."""
     try:
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())  # type: ignore[attr-defined]
     except (OSError, ValueError, AttributeError):

@@ -29,17 +29,17 @@ COMMANDING_CHARACTERS = dict.fromkeys(
 
 
 class InvalidInput(ValueError):
-    """A value that cannot be used; the message names it, what is allowed and the nearest valid choice."""
+    """A value that cannot be used; the message names the value, the allowed ones and the nearest."""
 
 
 class UnknownName(InvalidInput, KeyError):
-    """A name that a table does not have; a KeyError too, as whoever looks one up expects."""
+    """A name that a table lacks; also a KeyError, as mapping lookups raise."""
 
     __str__ = Exception.__str__  # KeyError quotes its message
 
 
 class Named(dict[str, T]):
-    """A table by name that answers an unknown name with the nearest one and all that there are.
+    """A dict whose error for an unknown name suggests the nearest name and lists all.
 
     Attributes:
         kind: what the names are of, for the message.
@@ -64,7 +64,7 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInpu
 
 
 def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
-    """The names that are most like a mistyped one, the nearest first; none where none is like it."""
+    """The names most similar to a mistyped one, the most similar first; empty if none is similar."""
     typed = given.casefold()
 
     def likeness(name: str) -> float:
@@ -83,7 +83,7 @@ def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
 def named_values(
     texts: Iterable[str], option: str, form: str = "name=value", kind: str = "name", known: Iterable[str] = ()
 ) -> dict[str, str]:
-    """Values by name of texts "name=value".
+    """Parse texts "name=value" to values by name.
 
     Args:
         form: how they are to be given, for the message.
@@ -106,12 +106,12 @@ def named_values(
 
 
 def as_names(given: str | Sequence[str] | None) -> tuple[str, ...]:
-    """Names given as one or as several: a text is one name, not a sequence of letters."""
+    """Names given as one text or as several: one text is one name."""
     return (given,) if isinstance(given, str) else tuple(given or ())
 
 
 def as_mapping(keyword: str, given: Mapping[str, Value] | None, example: str) -> dict[str, Value]:
-    """Values by name; empty where none are given.
+    """Check that a keyword's value is a mapping; None is an empty one.
 
     Raises:
         InvalidInput: it is no mapping; shows the example.
@@ -122,7 +122,7 @@ def as_mapping(keyword: str, given: Mapping[str, Value] | None, example: str) ->
 
 
 def portable(error: Exception) -> Exception:
-    """An error that arrives in another process: one that cannot be pickled is replaced by its text."""
+    """Make an error that can be pickled: another one is replaced by its text."""
     if not isinstance(error, InvalidInput):
         error.add_note("".join(traceback.format_exception(error)))
     try:

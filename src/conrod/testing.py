@@ -32,7 +32,7 @@ ROUNDING = 1e-9
 
 
 class EngineConformance:
-    """Claims on an engine; a subclass sets it, and may say more.
+    """Test suite for an engine; a subclass sets the engine, and may set more.
 
     Attributes:
         engine: under test.
@@ -144,7 +144,7 @@ class EngineConformance:
     # -- helpers -------------------------------------------------------------------------------------------------------
 
     def _machines(self, preset: str) -> Iterator[Scene]:
-        """The scenes that it does not refuse; it must take one."""
+        """The scenes that the engine does not refuse; at least one is required."""
         taken = 0
         for name in self.scenes:
             if self.engine.refusal(SCENES[name], self.engine.presets[preset](SCENES[name], self.steps[0])) is None:
@@ -162,11 +162,11 @@ class EngineConformance:
         return concatenate_pieces(list(self.engine.run(scene, settings, turns, START_ANGLE, steps))).trajectory
 
     def _allowed_at_start(self, settings: Any) -> float:
-        """Of the travel: rounding, for an engine that starts exact."""
+        """Allowed error at the start over the travel: rounding, for an engine that starts exact."""
         return self.rounding
 
     def _lags(self, scene: Scene, run: Trajectory, steps: int) -> dict[str, float]:
-        """By which each quantity is late against the exact motion, the largest of all points, in steps."""
+        """Lag of each quantity behind the exact motion, in steps, the largest of all points."""
         found = dict.fromkeys(QUANTITIES, 0.0)
         step = 2.0 * np.pi / abs(scene.speed) / steps
         for point, tracks in run.points.items():
@@ -179,5 +179,5 @@ class EngineConformance:
 
 
 def _explained_shift(error: Array, rate: Array) -> float:
-    """The time [s] by which an error (T, 2) is explained as a shift of what changes at a rate (T, 2)."""
+    """Time shift [s] that explains an error (T, 2) of a quantity that changes at a rate (T, 2)."""
     return float((error * rate).sum() / max(float((rate * rate).sum()), 1e-300))

@@ -88,7 +88,7 @@ def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
 
 
 def _part_geoms(model: mujoco.MjModel, body: int) -> list[int]:
-    """Geoms of a body and of all that is fixed to it; none of the world, to which anything may be pinned anywhere."""
+    """Geoms of a body and of all bodies fixed to it; empty for the world."""
     part = int(model.body_weldid[body])
     return [g for g in range(model.ngeom) if part and int(model.body_weldid[model.geom_bodyid[g]]) == part]
 

@@ -1,4 +1,4 @@
-"""What a user may not know of a model's closures, as causes of what goes wrong with it."""
+"""What a model's closures show, as causes of what goes wrong with it."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from conrod.own.models.loading import load_model
 
 
 def describe_closures(model: mujoco.MjModel) -> str:
-    """Closures that are inactive, that are handles, and that hold parts which do not meet; empty where none is."""
+    """Describe closures that are inactive, are handles, or hold parts that do not meet; empty if none."""
     return "; ".join(
         filter(None, (inactive_words(model), handle_words(model, handle_indices(model)), apart_words(model)))
     )
 
 
 def append_causes(error: str, *causes: str) -> str:
-    """An error with what causes it, in the place of a guess that it ends with."""
+    """Append causes to an error message, in place of the guess that it may end with."""
     known = [cause for cause in causes if cause and cause not in error]
     if not known:
         return error
@@ -33,7 +33,7 @@ def append_causes(error: str, *causes: str) -> str:
 
 @contextmanager
 def add_causes_to_errors(path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = lambda _: ()) -> Iterator[None]:
-    """What goes wrong with a user's model file is said with the causes that its closures show, and more."""
+    """Add the causes that a model's closures show, and further ones, to any InvalidInput raised within."""
     try:
         yield
     except InvalidInput as error:

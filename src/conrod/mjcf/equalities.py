@@ -24,12 +24,12 @@ REDUNDANT_ROW_SHARE = 1e-9  # singular values below this share of the largest ar
 
 
 def row_equalities(data: mujoco.MjData) -> NDArray[np.int_]:
-    """Equality (r,) that each row belongs to; they come first among the constraints."""
+    """Index (r,) of the equality that each constraint row belongs to; equality rows come first."""
     return np.array(data.efc_id[: data.ne], dtype=int)
 
 
 def constraint_violations(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
-    """Opening (neq,) of each equality [m], a turn by what it is at an extent [m]; 0 for those that are off."""
+    """Violation of each equality (neq,) [m], an angle times an extent [m]; 0 for inactive ones."""
     found, ids, gaps = np.zeros(model.neq), row_equalities(data), data.efc_pos[: data.ne]
     for index in dict.fromkeys(ids.tolist()):
         left = gaps[ids == index]
@@ -41,7 +41,7 @@ def constraint_violations(model: mujoco.MjModel, data: mujoco.MjData, extent: fl
 
 
 def measures_angles(model: mujoco.MjModel, index: int) -> bool:
-    """Return True for an equality of angles: of a hinge, or of a fixed tendon without a slide."""
+    """True if the violation of an equality is an angle: of a hinge, or of a fixed tendon without slides."""
     first, kind = int(model.eq_obj1id[index]), equality_kind(model, index)
     if kind == "tendon":
         wraps = slice(int(model.tendon_adr[first]), int(model.tendon_adr[first] + model.tendon_num[first]))
@@ -52,7 +52,7 @@ def measures_angles(model: mujoco.MjModel, index: int) -> bool:
 
 
 def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bool:
-    """Move data to the nearest pose in which no equality is open by more, by Newton iteration; False for none."""
+    """Move data to the nearest pose with violations of at most `closed`, by Newton iteration; False if none."""
     for _ in range(MAX_NEWTON_STEPS):
         mujoco.mj_fwdPosition(model, data)
         gaps, jacobian = np.array(data.efc_pos[: data.ne]), equality_jacobian(model, data)
@@ -65,7 +65,7 @@ def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bo
 
 
 def equality_kind(model: mujoco.MjModel, index: int) -> str:
-    """Kind of an equality; empty for that of a flex."""
+    """Kind of an equality: connect, weld, joint or tendon; empty for an equality of a flex."""
     return EQUALITY_KINDS.get(mujoco.mjtEq(model.eq_type[index]), "")
 
 
@@ -75,7 +75,7 @@ def ties_bodies(model: mujoco.MjModel, index: int) -> bool:
 
 
 def closure_name(model: mujoco.MjModel, index: int) -> str:
-    """Name of an equality, or its number and what it ties together."""
+    """Name of an equality, or its number and the elements that it ties together."""
     name, kind = name_or_number(model, "equality", index), equality_kind(model, index)
     if mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, index) or not kind:
         return name
@@ -116,7 +116,7 @@ def inactive_words(model: mujoco.MjModel) -> str:
 
 
 def mocap_of(model: mujoco.MjModel, body: int) -> int | None:
-    """The mocap body that a body is fixed to, or is; None where it is fixed to none."""
+    """The mocap body that a body is or is fixed to, or None."""
     while body and model.body_mocapid[body] < 0:
         if model.body_jntnum[body]:
             return None
@@ -125,12 +125,12 @@ def mocap_of(model: mujoco.MjModel, body: int) -> int | None:
 
 
 def is_handle(model: mujoco.MjModel, index: int) -> bool:
-    """Return True for a connect or weld to a mocap body: it drags a body by hand, and closes no loop of a machine."""
+    """True for a connect or weld to a mocap body, which drags a body by hand and closes no loop."""
     return ties_bodies(model, index) and any(mocap_of(model, end) for end in compat.equality_bodies(model, index))
 
 
 def handle_indices(model: mujoco.MjModel) -> tuple[int, ...]:
-    """Indices of the equalities that act from the start and are handles."""
+    """Indices of the handles that act from the start."""
     acting = [] if disabling_flag(model) else np.flatnonzero(model.eq_active0).tolist()
     return tuple(index for index in acting if is_handle(model, index))
 

@@ -33,7 +33,7 @@ ROTATIONAL = ("hinge", "ball")
 
 
 class ForceWatch:
-    """Forces that were seen in one run, with their largest sizes.
+    """Recorder of the forces other than weight, inertia and the loops' that act in a run.
 
     Args:
         pair: geoms whose contact is a part of the machine, and is not named.
@@ -51,12 +51,12 @@ class ForceWatch:
         self._handles = {k: body for k in range(model.neq) if (body := _dragging_mocap(model, k)) is not None}
 
     def step(self, data: mujoco.MjData) -> None:
-        """See the constraints of a step that was made; cheap where there are only closures."""
+        """Record the constraint forces of a step that was made."""
         if data.nefc > data.ne:
             self._record_constraints(data)
 
     def sample(self, data: mujoco.MjData) -> None:
-        """See all forces of data in which MuJoCo has computed them, in a step or for its state."""
+        """Record all forces in data for which MuJoCo has computed them."""
         self.step(data)
         parts = (data.qfrc_bias, data.qfrc_passive, data.qfrc_actuator, data.qfrc_constraint)
         self._scale = max(self._scale, *(float(np.abs(part).max(initial=0.0)) for part in parts))
@@ -71,7 +71,7 @@ class ForceWatch:
 
     @property
     def found(self) -> tuple[OtherForce, ...]:
-        """Forces that were seen to act, in the order of their first sample."""
+        """Forces that were recorded, in the order of their first sample."""
         model = self._model
         least, slowest = NO_FORCE * self._scale, NO_ACCELERATION * self._fastest
         every = self._seen.values()
@@ -83,7 +83,7 @@ class ForceWatch:
     # -- constraints ---------------------------------------------------------------------------------------------------
 
     def _record_constraints(self, data: mujoco.MjData) -> None:
-        """Limits, dry friction and contacts whose rows carry a force."""
+        """Record limits, dry friction and contacts whose rows carry a force."""
         model, first = self._model, int(data.ne)
         forces, types, ids = (np.array(one[first : data.nefc]) for one in (data.efc_force, data.efc_type, data.efc_id))
         touching = dict[int, float]()
@@ -103,7 +103,7 @@ class ForceWatch:
                 self._record(kinds.CONTACT, " and ".join(sorted(geom_name(model, geom) for geom in geoms)), force, "N")
 
     def _record_drags(self, data: mujoco.MjData) -> None:
-        """Forces by which mocap bodies drag others."""
+        """Record the forces by which mocap bodies drag others."""
         model, owners = self._model, np.array(data.efc_id[: data.ne])
         for k, body in self._handles.items():
             force = float(np.linalg.norm(data.efc_force[: data.ne][owners == k][:3]))
@@ -111,7 +111,7 @@ class ForceWatch:
             self._record(kinds.HANDLE, name, force, "N", exact=True)
 
     def _record_lacking(self, data: mujoco.MjData) -> None:
-        """What MuJoCo's acceleration of a closure of joints or tendons lacks, at the state that the data is in."""
+        """Record the acceleration that MuJoCo lacks for equalities that are nonlinear in the coordinates."""
         model, aside = self._model, self._aside
         state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
         mujoco.mj_getState(model, data, state, INTEGRATION)
@@ -130,7 +130,7 @@ class ForceWatch:
     # -- passive forces ------------------------------------------------------------------------------------------------
 
     def _record_passive(self, data: mujoco.MjData) -> None:
-        """Springs, dampers, a fluid, gravity compensation and adhesion that make a force."""
+        """Record springs, dampers, a fluid, gravity compensation and adhesion that make a force."""
         model = self._model
         for name, kind in (("qfrc_fluid", kinds.FLUID), ("qfrc_gravcomp", kinds.COMPENSATION),
                            ("qfrc_adhesion", kinds.ADHESION)):  # fmt: skip
@@ -176,7 +176,7 @@ class ForceWatch:
 
 
 def geom_name(model: mujoco.MjModel, geom: int) -> str:
-    """Name of a geom or, where it has none, of its body; of a flex its number is not known."""
+    """Name of a geom, or of its body if it has none; 'a flex' for contacts of a flex."""
     if geom < 0:
         return "a flex"
     own = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
@@ -190,7 +190,7 @@ def _kind_and_name(model: mujoco.MjModel, kind: str, index: int) -> str:
 
 
 def gravity_across(model: mujoco.MjModel) -> float:
-    """Share of gravity across the plane of a machine whose joints move it in one; 0 for others, and without gravity."""
+    """Share of gravity across the plane of a planar machine; 0 for others, and without gravity."""
     size = float(np.linalg.norm(model.opt.gravity))
     if size == 0.0 or model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY) or not model.njnt:
         return 0.0
@@ -247,7 +247,7 @@ def _length_curvature(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -
 
 
 def _is_nonlinear(model: mujoco.MjModel, equality: int) -> bool:
-    """True for an equality of joints or tendons whose gap is not linear in the joints' coordinates."""
+    """True for an equality of joints or tendons that is nonlinear in the joints' coordinates."""
     if (kind := equality_kind(model, equality)) not in ("joint", "tendon"):
         return False
     ends = [int(end) for end in (model.eq_obj1id[equality], model.eq_obj2id[equality]) if end >= 0]
@@ -256,7 +256,7 @@ def _is_nonlinear(model: mujoco.MjModel, equality: int) -> bool:
 
 
 def _dragging_mocap(model: mujoco.MjModel, equality: int) -> int | None:
-    """The mocap body that a connect or weld ties something to."""
+    """The mocap body that a connect or weld ties to another body, or None."""
     if equality_kind(model, equality) not in ("connect", "weld"):
         return None
     return next((body for body in compat.equality_bodies(model, equality) if model.body_mocapid[body] >= 0), None)
@@ -273,7 +273,7 @@ def _force_unit(model: mujoco.MjModel, kind: str, index: int) -> str:
 
 
 def _nonzero_mask(model: mujoco.MjModel, *fields: str) -> Array:
-    """Mask of elements of which a field, of those that this release has, is not 0."""
+    """Mask of the elements for which any of some fields is not 0; fields missing in this release are skipped."""
     found = [np.asarray(getattr(model, field)) for field in fields if hasattr(model, field)]
     masks = [np.any(one != 0.0, axis=1) if one.ndim > 1 else one != 0.0 for one in found]
     return np.asarray(np.logical_or.reduce(masks)) if masks else np.zeros(0, dtype=bool)

@@ -47,7 +47,7 @@ def harden_file(
     content: bool = True,
     controls: Controls = (),
 ) -> HardenedModel:
-    """Harden the model of a file, which is only read, in a process of its own; show on its motion what that changes.
+    """Harden a model and compare runs of it as it is and hardened; the file is only read.
 
     Args:
         keyframe: that the runs start from, as in `data_at_start`.
@@ -96,7 +96,7 @@ def harden_file(
 def compare_runs(
     model: mujoco.MjModel, hard: mujoco.MjModel, state: Array, steps: int, every: int, closures: list[int]
 ) -> dict[str, Any]:
-    """What a `HardenedModel` says of the motion from a state, as it is and hardened."""
+    """Run a model as it is and hardened; return these fields of a `HardenedModel`."""
     size, timestep = float(model.stat.extent), float(model.opt.timestep)
     (reference, known_to), acting = reference_run(hard, state, steps, every), list[OtherForce]()
 
@@ -133,7 +133,7 @@ def _binary_model(model: mujoco.MjModel) -> bytes:
 
 
 def _harm_reason(found: HardenedModel, before: HardeningRun, after: HardeningRun) -> str:
-    """Reason why the hardened model is worse than none; empty where it is not."""
+    """Why the hardened model is worse than the model as it is; empty if it is not."""
     if after.broke:
         hardened = f"the run breaks off hardened after {after.steps} steps ({after.broke}), and as it is"
         if before.broke:
@@ -146,12 +146,12 @@ def _harm_reason(found: HardenedModel, before: HardeningRun, after: HardeningRun
 
 
 def _acting_words(found: HardenedModel) -> tuple[str, ...]:
-    """What acts besides the loops in these runs, in sentences; what polynomials lack is said with the closures."""
+    """Sentences on forces other than the loops' that act in these runs."""
     return acting_sentences((one for one in found.acting if one.kind != LACKING), run="in these runs", judged=False)
 
 
 def _doubts(found: HardenedModel) -> Iterator[str]:
-    """Reasons to doubt the figures."""
+    """Yield reasons to doubt the figures."""
     if not found.start_closed:
         yield "no pose near the start closes the loops: the runs start with them open"
     if found.travel is not None and found.travel < STANDSTILL_SHARE * found.size:
@@ -167,7 +167,7 @@ def _doubts(found: HardenedModel) -> Iterator[str]:
 def closed_start(
     model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()
 ) -> tuple[Array, dict[str, Any]]:
-    """The start that is asked for, or the first keyframe where there is one, with its loops closed where they can be.
+    """The requested start, or the first keyframe, with its loops and rates closed where possible.
 
     So are its rates: the nearest that open no loop.
 
@@ -190,14 +190,14 @@ def closed_start(
 
 
 def run_finer(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> Run:
-    """Run a model from a state, with so many times as many steps between the same samples."""
+    """Run a model from a state with `finer` times as many steps between the same samples."""
     made = without_autoreset(model)
     set_step(made, float(made.opt.timestep) / finer)
     return run(made, state, steps * finer, every * finer)
 
 
 def without_autoreset(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy that does not begin again by itself where it breaks."""
+    """A copy of a model that does not reset itself when its run breaks off."""
     made = copy.copy(model)
     made.opt.disableflags |= compat.disable_bit("AUTORESET")
     return made
@@ -209,7 +209,7 @@ def _largest_distance(points: Array, others: Array) -> float:
 
 
 def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
-    """Steps of a run, and from one sample of it to the next.
+    """Number of steps of a run, and of steps from one sample to the next.
 
     Raises:
         InvalidInput: they are too few or too many.
@@ -226,7 +226,7 @@ def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
 
 
 def reference_run(hard: mujoco.MjModel, state: Array, steps: int, every: int) -> tuple[Run, float | None]:
-    """The machine with its loops closed, and how far it is from itself at an eighth [m]; None where one of them broke.
+    """The reference run with closed loops, and its own error [m]; None if a run broke off.
 
     It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
     as it is for the user.

@@ -1,4 +1,4 @@
-"""Closed loops of a compiled model that can be hardened, the edit that does it, as Python too, and objections to it."""
+"""Closures of a compiled model that can be hardened, the edits that do so, as Python too, and objections to it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Holder = Literal["body", "dof", "tendon"]
 
 @dataclass(frozen=True)
 class Closure:
-    """One equality constraint that can be hardened.
+    """An equality constraint that can be hardened.
 
     Attributes:
         holder, ends: whose inverse weights its regularisation is taken from, by index.
@@ -47,12 +47,12 @@ class Closure:
 
 
 def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
-    """The equality constraints that act from the start, of the kinds that can be hardened; no handles."""
+    """Equality constraints that act from the start and can be hardened, without handles."""
     return tuple(one for one in hardenable_closures(model) if not is_handle(model, one.index))
 
 
 def hardenable_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
-    """The same, and handles, which drag a body after a mocap body."""
+    """Equality constraints that act from the start and can be hardened, handles among them."""
     if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
         return ()
     return tuple(
@@ -75,7 +75,7 @@ def _closure(model: mujoco.MjModel, index: int) -> Closure:
 
 @dataclass(frozen=True)
 class Edit:
-    """Rows of an array of a compiled model that are multiplied by a number or set to it; or an option that is set.
+    """An edit of a compiled model: rows of an array, multiplied by or set to a number, or an option.
 
     Attributes:
         array: of the model, or name of an option where there are no rows.
@@ -90,11 +90,11 @@ class Edit:
 
     @property
     def scales(self) -> bool:
-        """True of an inverse weight, which is multiplied."""
+        """True if the edit multiplies, as of inverse weights."""
         return self.array.endswith("_invweight0")
 
     def make(self, model: mujoco.MjModel) -> None:
-        """Make it, in place."""
+        """Make the edit in place."""
         if not self.rows:
             setattr(model.opt, self.array, self.value)
         elif self.scales:
@@ -104,7 +104,7 @@ class Edit:
 
     @property
     def line(self) -> str:
-        """Python that makes it."""
+        """The edit as a line of Python."""
         if not self.rows:
             value = self.value if type(self.value) is int else f"mujoco.{self.value}"
             return f"model.opt.{self.array} = {value}"
@@ -126,7 +126,7 @@ def apply_recipe(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
 
 
 def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
-    """The edits that harden closures, of which there is at least one: inverse weights first."""
+    """Build the edits that harden one or more closures, inverse weights first."""
     stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
     factor = float(f"{min(1.0, RESIDUAL_REGULARISATION * stiffest / (1.0 - stiffest)):.3g}")
     edits = []
@@ -146,7 +146,7 @@ def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
 
 
 def _weight_rows(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
-    """Rows of the inverse weights that closures are softened by; the world, body 0, has none."""
+    """Rows of the inverse weights that soften closures, by array; the world, body 0, has none."""
     ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
     for one in closures:
         ends[one.holder].update(one.ends)
@@ -155,13 +155,13 @@ def _weight_rows(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
 
 
 def inverse_weights(model: mujoco.MjModel, closures: Sequence[Closure]) -> Array:
-    """Inverse weights that closures are softened by, in a row."""
+    """Inverse weights that soften closures, concatenated (n,)."""
     arrays = [getattr(model, f"{holder}_invweight0")[rows] for holder, rows in _weight_rows(closures).items()]
     return np.concatenate([np.empty(0), *map(np.ravel, arrays)])
 
 
 def python_lines(recipe: Recipe, path: Path) -> str:
-    """Lines that make the edits, ready to paste; with the whole path of the file they give the same model anywhere."""
+    """The recipe as lines of Python, with the absolute path of the file."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
     head = ("import mujoco", "", f"model = mujoco.MjModel.{reader}({str(path)!r})")
     again = "# after mj_setConst, which makes these anew: again"
@@ -172,7 +172,7 @@ def python_lines(recipe: Recipe, path: Path) -> str:
 
 
 def impedance(solimp: Array) -> float:
-    """MuJoCo's impedance d of a closed constraint: solimp's first number, or the mean where there is no width."""
+    """MuJoCo's impedance d of a closed constraint: d0 of solimp, or the mean of d0 and d_width if width is 0."""
     first, last = np.clip(solimp[:2], MIN_IMPEDANCE, MAX_IMPEDANCE)
     return float(first if solimp[2] > 0.0 else 0.5 * (first + last))
 
@@ -189,7 +189,7 @@ def compliance(solref: Array, solimp: Array, least_time: float) -> float:
 
 
 def softer_than_stock(model: mujoco.MjModel, index: int) -> bool:
-    """Return True where an equality gives way more than a stock one."""
+    """True if an equality has a larger compliance than with MuJoCo's default solref and solimp."""
     unsafe = int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_REFSAFE)
     least = 0.0 if unsafe else 2.0 * float(model.opt.timestep)  # the least time constant that MuJoCo admits [s]
     stock = compliance(np.array(STOCK_SOLREF), np.array(STOCK_SOLIMP), least)
@@ -204,7 +204,7 @@ MAX_SCALED_SHARE = 0.5
 
 
 def refusal_reason(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
-    """Reason why a model cannot be hardened, forced or not; empty where it can."""
+    """Why a model cannot be hardened, forced or not; empty if it can."""
     if not closures:
         if dragged := handle_indices(model):
             return f"{handle_words(model, dragged)}; nothing to harden"
@@ -222,7 +222,7 @@ def refusal_reason(model: mujoco.MjModel, closures: Sequence[Closure]) -> str:
 
 
 def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
-    """Closures that seem to be meant to give way."""
+    """Reasons to take closures for soft on purpose, in words."""
     given, softer = list[str](), list[str]()
     for one in closures:
         if model.eq_solref[one.index, 0] <= 0.0:
@@ -237,7 +237,7 @@ def soft_on_purpose(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple
 
 
 def hardening_notes(model: mujoco.MjModel, closures: Sequence[Closure]) -> tuple[str, ...]:
-    """Limits of the hardened model."""
+    """Notes on closures that stay soft, or that hardening does not close."""
     curved, hardened = [one.name for one in closures if one.curved], {one.index for one in closures}
     dragged = [index for index in handle_indices(model) if index not in hardened]
     left = [index for index in range(model.neq) if index not in hardened and index not in dragged]

@@ -15,7 +15,7 @@ SCHEMA = 3
 
 @dataclass(frozen=True)
 class HardeningRun:
-    """The model as it is, or hardened; where its run broke off, nothing but the first three is known."""
+    """A run of the model as it is or hardened; only the first three fields are known if it broke off."""
 
     name: str
     steps: int  # that it completed at the model's own step, of those asked for
@@ -26,7 +26,7 @@ class HardeningRun:
 
 @dataclass(frozen=True)
 class HardenedModel:
-    """Findings on one model.
+    """The result of hardening one model.
 
     Attributes:
         timestep, seconds: of the runs [s].
@@ -62,7 +62,7 @@ class HardenedModel:
 
 
 class InvarianceOutcome(Enum):
-    """Outcome of a change that must not matter."""
+    """Outcome of a change that must not change the motion."""
 
     BITS = "identical"
     HOLDS = "holds"
@@ -72,7 +72,7 @@ class InvarianceOutcome(Enum):
 
 @dataclass(frozen=True)
 class Invariance:
-    """A change, and the largest difference that it made to the accelerations.
+    """A change that must not matter, and the largest difference that it made to the accelerations.
 
     Attributes:
         change: what was changed.

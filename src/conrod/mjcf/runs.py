@@ -33,7 +33,7 @@ MAX_SAMPLES = 400
 
 @contextmanager
 def user_model_errors(path: Path) -> Iterator[None]:
-    """What cannot be done with a user's model is InvalidInput that names its file; MuJoCo writes no log of it."""
+    """Turn errors of MuJoCo with a user's model into InvalidInput with the file's name; silence its log."""
     with silence_warnings():
         try:
             yield
@@ -44,26 +44,26 @@ def user_model_errors(path: Path) -> Iterator[None]:
 
 
 def state_of(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
-    """The state (n,) of data, coordinates and rates first."""
+    """The state vector (n,) of data, coordinates and rates first."""
     state = np.empty(mujoco.mj_stateSize(model, STATE))
     mujoco.mj_getState(model, data, state, STATE)
     return state
 
 
 def data_at_state(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
-    """New data in a state."""
+    """Create data in a state (n,)."""
     data = mujoco.MjData(model)
     mujoco.mj_setState(model, data, state, STATE)
     return data
 
 
 def break_reason(data: mujoco.MjData) -> str:
-    """Reason why a run has broken off: MuJoCo's warning, or "not finite"; empty where it has not."""
+    """Why a run has broken off: MuJoCo's warning, or "not finite"; empty if it has not."""
     return next(iter(bad_number_warnings(data)), "" if np.all(np.isfinite(data.qpos)) else "not finite")
 
 
 def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[[], Callable[[int], None]]:
-    """Maker of a function that makes so many steps of the same run, again and again.
+    """A factory of functions that advance a run by a number of steps, and restart it at its end.
 
     Args:
         start: state that the run starts from.
@@ -92,7 +92,7 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run that was made."""
+    """A run with its states, observed points and contacts."""
 
     model: mujoco.MjModel
     states: Array  # (S, n) at samples, evenly spaced, the first is the start
@@ -104,7 +104,7 @@ class Run:
 
     @property
     def travel(self) -> float:
-        """The longest way [m] of a point from where it was at the start."""
+        """Largest distance [m] of a point from its position at the start."""
         return float(np.linalg.norm(self.points - self.points[0], axis=2).max()) if self.points.size else 0.0
 
     @property
@@ -113,13 +113,13 @@ class Run:
         return self.points[:, self.points.shape[1] // 2 :]
 
     def constraint_violations(self, extent: float) -> Array:
-        """Opening (S, neq) of each equality [m], a turn by what it is at an extent [m]."""
+        """Violation of each equality (S, neq) [m], an angle times an extent [m]."""
         found = [constraint_violations(self.model, data, extent) for data in forward_at_states(self.model, self.states)]
         return np.reshape(found, (len(found), self.model.neq))
 
 
 def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = None) -> Run:
-    """Step a model; ends early where the engine warns of numbers that are none.
+    """Run a model for a number of steps; ends early if MuJoCo warns of bad numbers.
 
     Args:
         every: steps from one sample to the next; None for some `MAX_SAMPLES` in all.
@@ -154,7 +154,7 @@ def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = Non
 
 
 def forward_at_states(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:
-    """Data of a model at each of its states, with positions and constraints; one object, used again and again.
+    """Yield data with positions and constraints at each state; the same object every time.
 
     After a step, positions in the data of a run belong to the instant before it.
     """

@@ -87,7 +87,7 @@ def _decode_unmarked_utf16(content: bytes) -> str:
 
 
 def _most_plausible(content: bytes, wanted: Sequence[str]) -> Encoding:
-    """The encoding in which the text has the wanted words or, without any, the most plausible letters."""
+    """The encoding that yields the wanted words or, without any, the most plausible letters."""
     sample = b"\n".join(line for line in content.splitlines() if not line.isascii())[:MAX_SAMPLE_BYTES]
     texts = {}
     for encoding in ENCODINGS:

@@ -99,7 +99,7 @@ def stated_source(content: bytes) -> str:
 
 
 def package_hash(name: str) -> tuple[str, str, str]:
-    """Version of an installed distribution, a SHA-256, and what was hashed.
+    """Version of an installed distribution, a SHA-256, and the name of the hashed content.
 
     It is of the wheel's RECORD, which lists the SHA-256 of each file, sorted and without what an installer adds, so
     that it is the same on every machine; of the files themselves where a source tree is installed.

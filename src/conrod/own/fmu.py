@@ -38,7 +38,7 @@ SOLVER_TOLERANCES = {"model-exchange": 1e-9}  # of CVode, relative; FMPy's own i
 def run_fmu(
     path: Path, scene: Scene, asked: ColumnRequest, mode: str | None, steps: int, revolutions: float, timeout: float
 ) -> Reading:
-    """Run an FMU in a process of its own and read its trajectory.
+    """Run an FMU in a separate process and read its trajectory.
 
     Args:
         mode: None for the first that it has.

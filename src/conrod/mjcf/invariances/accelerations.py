@@ -1,4 +1,4 @@
-"""Accelerations at states of a run: what rounding may make of them, and those of the same machine otherwise described.
+"""Accelerations at states of a run: the bound that rounding gives them, and those of the machine described otherwise.
 
 At a state the accelerations minimise a strictly convex function, so they do not depend on how it is minimised, in which
 coordinates, order or units. How far rounding may take them is measured before anything is changed: the coordinates and
@@ -30,7 +30,7 @@ MIN_ITERATIONS = 100  # of Newton's method, which needs some ten at most; those 
 
 
 def with_converged_solver(model: mujoco.MjModel) -> mujoco.MjModel:
-    """A copy whose solver is Newton's method on dense matrices, and goes on to the end."""
+    """A copy that solves by Newton's method on dense matrices with tolerance 0."""
     made = copy.copy(model)
     made.opt.solver, made.opt.jacobian = mujoco.mjtSolver.mjSOL_NEWTON, mujoco.mjtJacobian.mjJAC_DENSE
     made.opt.tolerance, made.opt.iterations = 0.0, max(MIN_ITERATIONS, made.opt.iterations)
@@ -38,7 +38,7 @@ def with_converged_solver(model: mujoco.MjModel) -> mujoco.MjModel:
 
 
 def forward(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
-    """Fresh data at a state, with its accelerations, which the solver finds without a first guess."""
+    """Compute fresh data at a state with its accelerations, solved without a warm start."""
     data = data_at_state(model, state)
     data.qacc_warmstart[:] = 0.0
     mujoco.mj_forward(model, data)
@@ -47,7 +47,7 @@ def forward(model: mujoco.MjModel, state: Array) -> mujoco.MjData:
 
 @dataclass(frozen=True, eq=False)
 class Accelerations:
-    """Accelerations of a model at a state, and the norm in which others are compared with them.
+    """Accelerations of a model at a state, and a norm for their difference from others.
 
     Attributes:
         data: at the state, with the accelerations.
@@ -59,12 +59,12 @@ class Accelerations:
     bound: float = 0.0
 
     def difference(self, others: Array) -> float:
-        """Difference of other accelerations (nv,), in the norm of the kinetic energy."""
+        """Norm of the difference d from other accelerations (nv,): sqrt(d' M d), M the mass matrix."""
         return self._norm(others - self.data.qacc)
 
     @property
     def size(self) -> float:
-        """Size of the accelerations, in the norm."""
+        """Norm of the accelerations a: sqrt(a' M a)."""
         return self._norm(self.data.qacc)
 
     def _norm(self, vector: Array) -> float:
@@ -106,25 +106,25 @@ LINEAR_BIASES = tuple(int(getattr(mujoco.mjtBias, f"mjBIAS_{kind}")) for kind in
 
 @dataclass(frozen=True)
 class Similarity:
-    """A rotation of the world, a unit quaternion, and a factor of all numbers of mass."""
+    """A rotation of the world by a unit quaternion, with a factor on all masses."""
 
     mass: float = 1.0
     turn: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
     @property
     def turned(self) -> bool:
-        """True if it turns the world."""
+        """True if the world is rotated."""
         return self.turn != (1.0, 0.0, 0.0, 0.0)
 
     @cached_property
     def rotation(self) -> Array:
-        """Matrix (3, 3) that it turns the world by."""
+        """Rotation matrix of the world (3, 3)."""
         made = np.empty(9)
         mujoco.mju_quat2Mat(made, np.array(self.turn))
         return made.reshape(3, 3)
 
     def refusal(self, model: mujoco.MjModel) -> str:
-        """Features of the model that the similarity does not know; empty where it knows all."""
+        """A feature of the model that the similarity does not support; empty if it supports all."""
         return next((words for words, has in self._unsupported_features(model) if has), "")
 
     def _unsupported_features(self, model: mujoco.MjModel) -> Iterator[tuple[str, bool]]:
@@ -140,7 +140,7 @@ class Similarity:
         yield "a weld to the world", self.turned and bool(np.any((model.eq_type == WELD) & to_world))
 
     def apply(self, model: mujoco.MjModel) -> mujoco.MjModel:
-        """A copy of a model as this similarity makes it."""
+        """A copy of a model with the similarity applied."""
         made = copy.copy(model)
         for names, factor in ((MASS_FIELDS, self.mass), (INVERSE_MASS_FIELDS, 1.0 / self.mass)):
             for name in names:
@@ -178,7 +178,7 @@ class Similarity:
     # -- states --------------------------------------------------------------------------------------------------------
 
     def positions(self, model: mujoco.MjModel, coordinates: Array) -> Array:
-        """Coordinates (nq,) of a model as they are in its image."""
+        """Coordinates (nq,) of a model transformed by the similarity."""
         made = np.array(coordinates)
         for at in model.jnt_qposadr[model.jnt_type == FREE]:
             made[at : at + 3] = self.rotation @ made[at : at + 3]
@@ -186,7 +186,7 @@ class Similarity:
         return made
 
     def rate_matrix(self, model: mujoco.MjModel) -> Array:
-        """Matrix (nv, nv) from rates, or accelerations, to those of the image."""
+        """Matrix (nv, nv) that transforms rates, or accelerations, by the similarity."""
         made = np.eye(model.nv)
         for at in model.jnt_dofadr[model.jnt_type == FREE]:
             made[at : at + 3, at : at + 3] = self.rotation

@@ -1,4 +1,4 @@
-"""Changes of a model that must not matter, and what each does to the accelerations at states of its run."""
+"""Changes of a model that must not matter, each with the difference that it makes to the accelerations of its run."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ class InvarianceBench:
 
     @classmethod
     def from_states(cls, model: mujoco.MjModel, times: Array, states: Array, broke: bool = False) -> InvarianceBench:
-        """The bench of a model."""
+        """Solve the reference accelerations of a model at states (T, n) of its run."""
         solved = with_converged_solver(model)
         return cls(model, times, states, tuple(accelerations(solved, state) for state in states), broke)
 
     def judge_change(self, change: str, others: Callable[[Array], Array]) -> Invariance:
-        """A change judged by the accelerations (nv,) that it gives at each state."""
+        """Judge a change by the accelerations (nv,) that it gives at each state."""
         offs = [one.difference(values) for one, values in zip(self.reference, map(others, self.states), strict=True)]
         ratios = [_ratio(off, one.bound) for off, one in zip(offs, self.reference, strict=True)]
         size = max(one.size for one in self.reference)
@@ -74,7 +74,7 @@ def _ratio(value: float, bound: float) -> float:
 
 
 def all_invariance_checks(bench: InvarianceBench, path: Path) -> Iterator[Invariance]:
-    """All changes of the model of a file."""
+    """Yield the result of every change of a model file."""
     yield from (*solver_settings(bench), warm_start(bench), *similarities(bench), reversed_declaration(bench, path))
 
 
@@ -95,7 +95,7 @@ SETTINGS: dict[str, Callable[[mujoco.MjModel], None]] = {
 
 
 def solver_settings(bench: InvarianceBench) -> Iterator[Invariance]:
-    """The solver's matrices and islands, each on its own."""
+    """Check a sparse Jacobian and constraint islands, one at a time."""
     for change, edit in SETTINGS.items():
         edited = with_converged_solver(bench.model)
         edit(edited)
@@ -107,7 +107,7 @@ def _solve_accelerations(model: mujoco.MjModel, state: Array) -> Array:
 
 
 def warm_start(bench: InvarianceBench) -> Invariance:
-    """The solver's first guess."""
+    """Check the solver's warm start."""
     solved = with_converged_solver(bench.model)
 
     def accelerations_from_guess(state: Array) -> Array:
@@ -122,7 +122,7 @@ def warm_start(bench: InvarianceBench) -> Invariance:
 
 
 def similarities(bench: InvarianceBench) -> Iterator[Invariance]:
-    """Another unit of mass, and a turned world."""
+    """Check another unit of mass, and a rotated world."""
     for change, similarity in SIMILARITIES.items():
         if reason := similarity.refusal(bench.model):
             yield Invariance(change, "rounding", InvarianceOutcome.UNSUPPORTED, reason=reason)
@@ -132,7 +132,7 @@ def similarities(bench: InvarianceBench) -> Iterator[Invariance]:
 
 
 def _with_elliptic_cone(bench: InvarianceBench) -> InvarianceBench:
-    """The edges of a friction pyramid follow the world's axes, so it cannot be turned."""
+    """Replace a pyramidal friction cone, whose edges follow the world's axes, by the elliptic one."""
     if bench.model.opt.cone != mujoco.mjtCone.mjCONE_PYRAMIDAL:
         return bench
     model = copy.copy(bench.model)
@@ -155,7 +155,7 @@ def _image_accelerations(model: mujoco.MjModel, similarity: Similarity) -> Calla
 
 
 def reversed_declaration(bench: InvarianceBench, path: Path) -> Invariance:
-    """The elements of every body, and the equality constraints, declared in reverse order."""
+    """Check the elements of every body, and the equality constraints, declared in reverse order."""
     change = "order of declaration"
     try:
         named, reverse = both_orders(path)
@@ -175,7 +175,7 @@ def reversed_declaration(bench: InvarianceBench, path: Path) -> Invariance:
 
 
 def joint_addresses(one: mujoco.MjModel, other: mujoco.MjModel) -> tuple[list[int], list[int]]:
-    """Places of the coordinates (nq,) and rates (nv,) of one model in another with the same names of joints."""
+    """Indices of one model's coordinates (nq,) and rates (nv,) in another with the same names of joints."""
     positions, rates = list[int](), list[int]()
     for joint in range(one.njnt):
         there, kind = other.joint(one.joint(joint).name).id, joint_kind(one, joint)
@@ -188,7 +188,7 @@ JOINTS = ("joint", "freejoint")
 
 
 def both_orders(path: Path) -> tuple[mujoco.MjModel, mujoco.MjModel]:
-    """The model as MuJoCo writes it, and with what each body has and its constraints in reverse order.
+    """Compile a model as MuJoCo writes it, and with elements of bodies and constraints in reverse order.
 
     Joints have names in both.
 

@@ -32,7 +32,7 @@ THREADS = 4
 
 
 def states_digest(path: Path, seconds: float | None, keyframe: str | None, controls: Controls) -> str:
-    """Digest of all states of a model's run; to be called in a process of its own."""
+    """SHA-256 of all states of a model's run; call it in a separate process."""
     model = load_model(path)
     return _digest(model, *_start(model, seconds, keyframe, controls)[:2])
 
@@ -40,7 +40,7 @@ def states_digest(path: Path, seconds: float | None, keyframe: str | None, contr
 def study_invariances(
     path: Path, seconds: float | None, keyframe: str | None, controls: Controls, elsewhere: str
 ) -> tuple[str, tuple[Invariance, ...]]:
-    """The run of a model file in words, and its invariances; to be called in a process of its own.
+    """Describe the run of a model file and check its invariances; call it in a separate process.
 
     Args:
         elsewhere: `states_digest` of another process.
@@ -73,7 +73,7 @@ def study_invariances(
 def _start(
     model: mujoco.MjModel, seconds: float | None, keyframe: str | None, controls: Controls
 ) -> tuple[Array, int, str]:
-    """State, steps, and the start in words."""
+    """The start state, the number of steps, and the start in words."""
     data, index = data_at_start(model, keyframe, controls)
     steps = DEFAULT_STEPS if seconds is None else max(1, round(seconds / model.opt.timestep))
     return state_of(model, data), steps, start_words(model, index)
@@ -84,7 +84,7 @@ def _digest(model: mujoco.MjModel, start: Array, steps: int) -> str:
 
 
 def _bench(model: mujoco.MjModel, start: Array, steps: int) -> changes.InvarianceBench:
-    """A model with some states of its run.
+    """Run a model and take some of its states.
 
     Raises:
         InvalidInput: its run breaks off before there is a state.
@@ -107,7 +107,7 @@ COMPARED_ANGLES = 4  # of the crank, at which states are compared
 
 
 def study_declaration_orders(scene: Scene) -> tuple[Invariance, ...]:
-    """The invariances to settings of the solver over the orders of declaration, the worst model for each."""
+    """Check solver settings over orders of joint declaration; the worst model for each setting."""
     found: dict[str, list[Invariance]] = {change: [] for change in changes.SETTINGS}
     for case, bench in _order_benches(scene):
         for one in changes.solver_settings(bench):
@@ -122,7 +122,7 @@ def _worst_case(ones: list[Invariance]) -> Invariance:
 
 
 def _order_benches(scene: Scene) -> Iterator[tuple[str, changes.InvarianceBench]]:
-    """Models of different text, with states on the exact motion at constant crank speed."""
+    """Yield models that differ by the order of their joints, with states of the exact motion."""
     kinematics, mechanism = scene.kinematics, scene.kinematics.mechanism
     settings = MuJoCoSettings.tuned(scene, default_steps(scene))
     begin, turns = run_extent(scene, default_steps(scene), 1.0)

@@ -51,19 +51,19 @@ class Document:
             raise InvalidInput(f"{path}: compiled from its text it is another model ({other})")
 
     def text_with(self, edits: Sequence[str]) -> bytes:
-        """The file with edits at its end."""
+        """The file's text with edits appended before its end."""
         lines = "".join(f"  {edit}\n" for edit in edits)
         return self._content[: self._end] + lines.encode() + self._content[self._end :]
 
     def recompile_difference(self, folder: Path, edits: Sequence[str] = ()) -> str:
-        """Differences of the model with edits when it is compiled from a folder; empty if there are none."""
+        """Name the difference of the model with edits when compiled from a folder; empty if none."""
         try:
             return first_difference(self.compile_with(edits) if edits else self.model, self.compile_with(edits, folder))
         except ValueError as error:
             return " ".join(str(error).split())
 
     def compile_with(self, edits: Sequence[str], folder: Path | None = None) -> mujoco.MjModel:
-        """The model with edits, its includes and assets looked for from a folder.
+        """Compile the model with edits, with includes and assets relative to a folder.
 
         Raises:
             ValueError: it does not compile.
@@ -73,7 +73,7 @@ class Document:
 
 
 def first_difference(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
-    """Name of the first array that two compiled models do not share, bit for bit, names apart; empty if none."""
+    """Name of the first array in which two compiled models differ, names apart; empty if none."""
     for name in dir(one):
         value = getattr(one, name)
         if not name.startswith(("_", "name")) and isinstance(value, np.ndarray) and "path" not in name:
@@ -88,7 +88,7 @@ def first_difference(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
 
 @dataclass(frozen=True, eq=False)
 class LintBench:
-    """Everything that rules ask of a model."""
+    """A model with its start and run, from which rules are judged."""
 
     document: Document  # the file
     model: mujoco.MjModel  # compiled from it with the edits
@@ -98,7 +98,7 @@ class LintBench:
     keyframe: int | None  # index of the keyframe that the start is taken from; None where it is the model's own pose
 
     def with_edits(self, edits: Sequence[str], steps: int | None = None) -> LintBench:
-        """The model with further edits, for the same time; raises ValueError where they do not compile."""
+        """The model with further edits, run for the same time; raises ValueError if they do not compile."""
         every = (*self.edits, *edits)
         return replace(self, model=self.document.compile_with(every), edits=every, steps=steps or self.steps)
 
@@ -119,7 +119,7 @@ class LintBench:
 
     @cached_property
     def constraint_violations(self) -> Array:
-        """Opening (samples, neq) [m] of each equality."""
+        """Violation of each equality (samples, neq) [m]."""
         return self.run.constraint_violations(self.size)
 
     # -- measures ----------------------------------------------------------------------------------------------------
@@ -135,11 +135,11 @@ class LintBench:
         return size if size > 0.0 else float(self.model.stat.extent)
 
     def change(self, edits: Sequence[str]) -> float:
-        """The largest change of the observed positions that edits make, over the travel."""
+        """Largest change of the observed positions that edits make, over the travel."""
         return self.change_to(self.with_edits(edits).run)
 
     def change_to(self, other: Run) -> float:
-        """The same of another run; beyond all bounds where one of the two broke earlier."""
+        """Largest difference of observed positions to another run, over the travel; BOUNDLESS if one broke."""
         one = self.run.points
         if len(one) != len(other.points):
             return BOUNDLESS

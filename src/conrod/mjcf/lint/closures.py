@@ -63,7 +63,7 @@ def soft_closure(bench: LintBench) -> Iterator[Finding]:
 
 
 def _compliance_finding(bench: LintBench, finer: LintBench, soft: list[int], before: Array, after: Array) -> Finding:
-    """Closures that give way, as a finer step shows it: openings [m] before and after they are made stiff."""
+    """Finding on soft closures, with violations [m] before and after they are made stiff at a finer step."""
     model, worst = bench.model, max(soft, key=lambda index: before[index])
     stiff = _stiffen(bench, soft)
     solref, solimp = (
@@ -97,7 +97,7 @@ def _stiffen(bench: LintBench, closures: list[int]) -> LintBench:
 
 
 def _largest_violations(bench: LintBench) -> Array:
-    """The widest opening (neq,) [m] of each; where one is open at the start, after the first quarter of the run."""
+    """Largest violation of each equality (neq,) [m]; if open at the start, after a quarter of the run."""
     found = bench.constraint_violations
     settled = found[len(found) // 4 :].max(axis=0)
     return np.asarray(np.where(found[0] <= MAX_BEARING_PLAY * bench.size, found.max(axis=0), settled))
@@ -195,7 +195,7 @@ def redundant_closure(bench: LintBench) -> Iterator[Finding]:
 
 
 def _rank(rows: Array, some: NDArray[np.bool_] | slice = slice(None)) -> int:
-    """Rank of some rows of a Jacobian, at the size of all."""
+    """Rank of some rows of a Jacobian, with singular values judged by the size of all rows."""
     return int(np.linalg.matrix_rank(rows[some], RANK_TOLERANCE * np.linalg.norm(rows, 2))) if rows.size else 0
 
 
@@ -243,7 +243,7 @@ def _overlap_finding(bench: LintBench, bodies: tuple[int, int], joint: str, coun
 
 
 def _joint_between(model: mujoco.MjModel, one: int, other: int) -> str:
-    """Name of what holds two bodies together so that they cannot part: a joint that only turns, a connect or a weld."""
+    """Name of the joint, connect or weld that keeps two bodies together; empty if none."""
     for child, parent in ((one, other), (other, one)):
         # Bodies without a joint are one with those that they hang on.
         links = int(model.body_weldid[child])

@@ -1,4 +1,4 @@
-"""A look at a model as plain values: what it is asked and what it found, also as SARIF 2.1.0. Imports no engine."""
+"""Findings of lint as plain values, and as SARIF 2.1.0. Imports no engine."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def sarif(report: Report) -> str:
 
 
 def without_commanding_characters(values: Any) -> Any:
-    """A log whose texts other programs show, without what commands them."""
+    """A SARIF log whose texts hold no characters that command a terminal or reader."""
     match values:
         case str():
             return "\r\n".join(line.translate(COMMANDING_CHARACTERS) for line in values.split("\r\n"))
@@ -122,7 +122,7 @@ def without_commanding_characters(values: Any) -> Any:
 
 
 def _element_lines(path: Path) -> dict[str, int]:
-    """Line of the first element of each name, and of each kind, as `<option`; of the file itself, not of includes."""
+    """First line of each name and of each element tag, as `<option`; of the file itself, not of includes."""
     parser, lines = expat.ParserCreate(), dict[str, int]()
 
     def begin(tag: str, attributes: Mapping[str, str]) -> None:
@@ -137,6 +137,6 @@ def _element_lines(path: Path) -> dict[str, int]:
 
 
 def _line_of_finding(finding: Finding, lines: Mapping[str, int]) -> int:
-    """Line of what a finding is about; of the model where that stands nowhere in the file."""
+    """Line of a finding's subject in the file; of `<mujoco` if it is not in the file."""
     sections = [section[0] for edit in finding.edits if (section := re.match(r"<\w+", edit))]
     return next((lines[key] for key in (*finding.subjects, *sections, "<mujoco") if key in lines), 1)

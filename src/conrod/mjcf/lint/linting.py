@@ -1,4 +1,4 @@
-"""All rules applied to a model, and the safe fixes made. Nothing is written but by the caller."""
+"""Apply all rules to a model, and make the safe fixes. Only the caller writes files."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def lint(
 def prepare_bench(
     document: Document, keyframe: str | None, seconds: float | None, controls: Controls
 ) -> tuple[LintBench, str]:
-    """The model on the bench, as it was asked for, and its run in a sentence."""
+    """Prepare the bench for a model's run, and describe the run in a sentence."""
     model = document.model
     check_finite(model)
     if not model.nv:
@@ -91,7 +91,7 @@ def prepare_bench(
 
 
 def judge_rules(bench: LintBench, ignored: Sequence[str]) -> tuple[tuple[Finding, ...], tuple[str, ...], LintBench]:
-    """Findings of all rules, the worst first, notes, and the bench of most: what a step does is laid to it alone."""
+    """Apply all rules; return findings, worst first, notes, and the bench of most rules."""
     longest = stepping.longest_stable(bench)
     steady, notes, findings = bench, list[str](), list[Finding]()
     if longest is None:
@@ -113,7 +113,7 @@ def judge_rules(bench: LintBench, ignored: Sequence[str]) -> tuple[tuple[Finding
 
 
 def fix(bench: LintBench, findings: tuple[Finding, ...], folder: Path) -> FixedModel:
-    """The model with the safe edits of all findings, as a file of a folder.
+    """Make the safe edits of all findings, as a file for a folder.
 
     Raises:
         InvalidInput: from there it would not find what it needs.

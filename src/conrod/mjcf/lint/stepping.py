@@ -48,7 +48,7 @@ def step_too_long(bench: LintBench) -> Iterator[Finding]:
 
 
 def longest_stable(bench: LintBench) -> LintBench | None:
-    """The model with the longest of its step, half of it, .. that is stable; None where none is."""
+    """The model with the longest stable step among its own, half of it and so on; None if none is stable."""
     trial = bench
     for _ in range(MAX_HALVINGS):
         if is_stable(trial, trial.finer):
@@ -58,7 +58,7 @@ def longest_stable(bench: LintBench) -> LintBench | None:
 
 
 def is_stable(bench: LintBench, finer: LintBench) -> bool:
-    """Return True where a run holds together, as one with finer steps over the same time does."""
+    """True if a run holds together as one with finer steps does."""
     if bench.run.broke or finer.run.broke:
         return False
     if bench.run.travel > MAX_GROWTH * max(finer.run.travel, 1e-3 * finer.size):
@@ -120,7 +120,7 @@ def solver_stops_early(bench: LintBench) -> Iterator[Finding]:
 
 
 def _unsolved_share(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array) -> float:
-    """Share of the constraints' work that is left at a state."""
+    """Share of the constraints' work that the solver leaves undone at a state."""
     own, exact = data_at_state(model, state), data_at_state(solved, state)
     mujoco.mj_forward(model, own)
     mujoco.mj_forward(solved, exact)

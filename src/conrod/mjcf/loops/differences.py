@@ -21,7 +21,7 @@ RANDOM_STARTS = 60  # random poses, from which other branches are looked for
 
 @dataclass(frozen=True)
 class MachineComparison:
-    """A model against the machine that it is to be.
+    """A model compared with the machine that it is to be.
 
     Attributes:
         machine: its name, or the file that it is in.
@@ -49,7 +49,7 @@ def compare_with_machine(
     name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, DriveLaw], held: tuple[str, ...],
     motion: SpatialMotion, inactive: Collection[str] = (),
 ) -> MachineComparison:  # fmt: skip
-    """A model's exact motion against a machine's, by the names of points, with what is different in numbers.
+    """Compare a model's exact motion with a machine's, at points of the same name, and list differences.
 
     Args:
         inactive: names of closures that the model has and that do not act.
@@ -79,7 +79,7 @@ def compare_with_machine(
 
 
 def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMotion) -> bool:
-    """True if a motion is the machine's from another pose that its loops close in, looked for from random poses."""
+    """True if a motion is the machine's on another assembly branch, searched from random poses."""
     machine, random = driven.tree, np.random.default_rng(1)
     same = NUMBER_TOLERANCE * machine.extent
     start = {name: found.position[0] for name, found in motion.points.items() if name in machine.points}
@@ -134,7 +134,7 @@ def list_differences(model: SpatialTree, machine: SpatialTree, inactive: Collect
 
 
 def _other_zeros(model: SpatialTree, machine: SpatialTree, laws: Collection[str]) -> Iterator[str]:
-    """Driven hinges whose coordinate is zero at another angle: there a frame's turn is part of the motion."""
+    """Driven hinges whose zero angle differs from the machine's."""
     own, theirs = ({joint.name: joint for joint in tree.joints} for tree in (model, machine))
     for name in laws:
         mine, joint = own[name], theirs[name]
@@ -149,7 +149,7 @@ def _other_zeros(model: SpatialTree, machine: SpatialTree, laws: Collection[str]
 
 
 def _have_other_kinds(model: SpatialTree, machine: SpatialTree) -> Iterator[bool]:
-    """For each joint, and each closure, of a name that both have: whether they are of different kinds."""
+    """For each joint and closure that both have: True if their kinds differ."""
     for own, theirs in ((model.joints, machine.joints), (model.closures, machine.closures)):
         kinds = {one.name: one.kind for one in own}
         yield from (kinds.get(one.name, one.kind) != one.kind for one in theirs)
@@ -227,7 +227,7 @@ def _closure_changes(
 
 
 def _tied_ends(tree: SpatialTree, closure: SpatialClosure) -> tuple[str, ...]:
-    """Names of the two bodies, or of the two sums of joints with their factors, that a closure ties."""
+    """Names of the two bodies, or the two sums of joints, that a closure ties together."""
     if closure.points:
         return tuple(tree.bodies[point.body].name for point in closure.points)
     named = {joint.rate: joint.name for joint in tree.joints}

@@ -35,7 +35,7 @@ RESET_REASON = "MuJoCo reset its state"
 
 @dataclass(frozen=True)
 class LoopRecording:
-    """A run at K samples, each read at one instant.
+    """A run at K samples, all quantities of a sample at one instant.
 
     Attributes:
         coordinates: of all joints (nq, K).
@@ -60,12 +60,12 @@ class LoopRecording:
 
 
 def set_exact_state(data: mujoco.MjData, motion: SpatialMotion, at: int = 0) -> None:
-    """Put the exact coordinates and rates of a sample into data."""
+    """Set data to the exact coordinates and rates of a sample."""
     data.qpos[:], data.qvel[:] = motion.coordinates[:, at], motion.rates[0, :, at]
 
 
 class Drives:
-    """Writes the driven joints' coordinates and rates at every step, and accelerates their flywheels by the laws."""
+    """Drives of a model: prescribed coordinates and rates at each step, flywheels accelerated by the laws."""
 
     def __init__(self, machine: DrivenTree, model: mujoco.MjModel) -> None:
         self.machine, self.model = machine, model
@@ -77,7 +77,7 @@ class Drives:
         set_armature(model, np.concatenate(driven).tolist(), self.armature)
 
     def write(self, data: mujoco.MjData, time: float) -> None:
-        """The driven coordinates and rates of a time."""
+        """Write the driven coordinates and rates at a time."""
         for joint, law in self.joints:
             value, rate, *_ = law.derivatives(np.array([time]))[:, 0]
             data.qpos[joint.coordinate], data.qvel[joint.rate] = value, rate
@@ -87,7 +87,7 @@ class Drives:
 
     @contextmanager
     def pushing_flywheels(self) -> Iterator[None]:
-        """MuJoCo asks for the forces that accelerate the flywheels at each stage of a step.
+        """Within it MuJoCo applies the forces that accelerate the flywheels, at each stage of a step.
 
         Where the model switches actuation off MuJoCo asks for no control, but for passive forces all the same.
         """
@@ -112,7 +112,7 @@ def driven_run(
     machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int,
     *, carried: bool = True, touching: tuple[int, int] | None = None,
 ) -> LoopRecording:  # fmt: skip
-    """Run a model through its exact motion's times, a sample each `every` steps.
+    """Run a model with its joints driven through the exact motion's times, a sample each `every` steps.
 
     Args:
         model: with its settings and step, of which a copy gets flywheels; the first sample is its start.
@@ -151,7 +151,7 @@ def record_run(
     every: int = 1, act: Callable[[int], None] = lambda _: None,
     more: Callable[[mujoco.MjData], tuple[Array, ...]] = lambda _: (), touching: tuple[int, int] | None = None,
 ) -> tuple[LoopRecording, list[Array]]:  # fmt: skip
-    """Run a model from a state through times (K,), a sample each `every` steps, and what else is seen at each.
+    """Run a model from a state through times (K,), a sample each `every` steps; return further samples too.
 
     It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
     """
@@ -181,7 +181,7 @@ def record_run(
 
 
 def forward_copy(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
-    """Make position, velocity and acceleration of the present instant in another data object.
+    """Compute position, velocity and acceleration of the present instant in another data object.
 
     What `mj_step` leaves of them does not belong together, under RK4 least of all. The run goes on to the last bit as
     if it had not been looked at.
@@ -196,7 +196,7 @@ def forward_copy(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjDat
 def advance(
     model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None], watch: ForceWatch
 ) -> str:
-    """Make some steps of a run, watch each and act after it, by its number; why it breaks off, or nothing."""
+    """Make some steps, watch forces and act after each; return why the run breaks off, or an empty text."""
     for k in steps:
         mujoco.mj_step(model, data)
         if reason := break_off_reason(model, data):
@@ -207,7 +207,7 @@ def advance(
 
 
 def break_off_reason(model: mujoco.MjModel, data: mujoco.MjData) -> str:
-    """Why a run's numbers mean nothing any more, empty where they do."""
+    """Why a run's numbers are no longer valid; empty if they are."""
     bad = bad_number_warnings(data)
     if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
         return ""
@@ -216,20 +216,20 @@ def break_off_reason(model: mujoco.MjModel, data: mujoco.MjData) -> str:
 
 
 def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArray[np.intp]]:
-    """Numbers of the rows of each acting closure among all constraints: three of a connect."""
+    """Constraint rows of each acting closure, by name."""
     rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
     ids = data.efc_id[rows]
     return {closure_name(model, int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
 
 
 def closure_violations(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
-    """Opening of each acting closure [m], an angle by what it is at the machine's extent."""
+    """Violation of each acting closure [m], an angle times the machine's extent."""
     found = constraint_violations(model, data, tree.extent)
     return {closure_name(model, k): float(found[k]) for k in dict.fromkeys(row_equalities(data).tolist())}
 
 
 def widest_opening_words(gaps: Mapping[str, float]) -> str:
-    """The closure that is furthest open, in words."""
+    """Describe the closure with the largest opening."""
     worst = max(gaps, key=lambda name: gaps[name])
     return f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
 
@@ -259,7 +259,7 @@ def carried_forces(
 
 
 def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:
-    """Sites of these names or, where there is none, frames of bodies."""
+    """Points by name: sites, or frames of bodies where no site has the name."""
     kinds = {"body": range(model.nbody), "site": model.site_bodyid.tolist()}
     found = {
         name_or_number(model, kind, k): FoundPoint(name_or_number(model, kind, k), kind, k, body)

@@ -15,7 +15,7 @@ LOAD_TOLERANCE = 1e-5  # share by which numbers of a file with six digits, and p
 
 
 def list_load_differences(model: SpatialTree, machine: SpatialTree) -> Iterator[str]:
-    """Masses, centres of gravity, inertias, damping and gravity that a model has otherwise, in words."""
+    """List masses, centres of gravity, inertias, damping and gravity that differ from the machine's, in words."""
     if _differs(model.gravity, machine.gravity):
         own, theirs = (" ".join(f"{value:.6g}" for value in tree.gravity) for tree in (model, machine))
         yield f"gravity is ({own}) instead of ({theirs}) m/s²"

@@ -27,7 +27,7 @@ def joints_outside(tree: SpatialTree, coordinates: Array) -> Iterator[SpatialJoi
 
 
 def outside_words(tree: SpatialTree, pose: str) -> str:
-    """'its own pose has length at 0 m, outside its range 0.12 to 0.68 m'; empty where the start is inside all ranges.
+    """Describe joints that start outside their ranges; empty if the start is inside all ranges.
 
     Args:
         pose: that the machine is assembled from, in words.
@@ -42,7 +42,7 @@ def outside_words(tree: SpatialTree, pose: str) -> str:
 
 
 def is_folded(machine: DrivenTree, inside: Array) -> bool:
-    """True if closures hold fewer freedoms in the start pose than in a closed pose (nq, 1) inside the ranges."""
+    """True if the closures have a lower rank in the start pose than in a closed pose (nq, 1) inside the ranges."""
 
     def rank(coordinates: Array) -> int:
         values = np.linalg.svd(machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates)), compute_uv=False)
@@ -52,7 +52,7 @@ def is_folded(machine: DrivenTree, inside: Array) -> bool:
 
 
 def closed_pose_inside(machine: DrivenTree) -> Array | None:
-    """The closed pose (nq, 1) at time 0 with all joints of loops inside their ranges, nearest to the start; or None."""
+    """The closed pose (nq, 1) at time 0 with loop joints inside their ranges, nearest the start; None if none."""
     tree, random, found = machine.tree, np.random.default_rng(1), list[Array]()
     clamped = tree.start[:, None].copy()
     for joint in joints_outside(tree, tree.start):

@@ -35,7 +35,7 @@ SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 
 
 def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
-    """The machine of a model, with the closures that act at first.
+    """Build the spatial tree of a model, with the closures that act at first.
 
     Args:
         start: coordinates (nq,) that it is assembled from.
@@ -134,7 +134,7 @@ def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, floa
 
 
 def _unmodelled_inertia(model: mujoco.MjModel) -> tuple[str, ...]:
-    """Inertia that the exact forces do not have; forces are seen where they act (`conrod.mjcf.force_watch`)."""
+    """Names of inertias that the exact forces do not include."""
     found = {
         "armatures of tendons": _has_nonzero(model, "tendon_armature"),
         "armatures of actuators": _has_nonzero(model, "actuator_armature"),
@@ -143,12 +143,12 @@ def _unmodelled_inertia(model: mujoco.MjModel) -> tuple[str, ...]:
 
 
 def _has_nonzero(model: mujoco.MjModel, *fields: str) -> bool:
-    """True if a field, of those that this release of MuJoCo has, is anywhere not 0."""
+    """True if any of some fields is not 0 anywhere; fields missing in this release are skipped."""
     return any(bool(np.any(getattr(model, field, 0.0))) for field in fields)
 
 
 def check_rigid(model: mujoco.MjModel) -> None:
-    """Refuse what is no machine of rigid bodies; raises InvalidInput, which names it."""
+    """Refuse a model with flexes or plugins; raises InvalidInput, which names them."""
     parts = {"flex": model.nflex, "plugin": model.nplugin}
     if found := [f"{number} {name}" for name, number in parts.items() if number]:
         raise InvalidInput(f"it has {list_names(found)}: only rigid bodies have an exact motion here")
@@ -158,7 +158,7 @@ def check_rigid(model: mujoco.MjModel) -> None:
 
 
 def machine_tree(machine: str) -> SpatialTree:
-    """The machine of a name, or of a model file."""
+    """The spatial tree of a built-in machine, by name, or of a model file."""
     if machine in MACHINES:
         model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
     else:
@@ -169,7 +169,7 @@ def machine_tree(machine: str) -> SpatialTree:
 def laws_of(
     model: mujoco.MjModel, tree: SpatialTree, question: LoopRequest
 ) -> tuple[dict[str, DriveLaw], tuple[str, ...]]:
-    """Laws of the driven joints, and the joints that are held: those in no loop, such as a floating base.
+    """Laws of the driven joints, and names of the joints to hold, which are in no loop.
 
     Raises:
         InvalidInput: a drive is no joint, no hinge or slide, or its law leaves the joint's range.
@@ -208,14 +208,14 @@ def laws_of(
 
 
 def duration(laws: Mapping[str, DriveLaw]) -> float:
-    """Time [s] after which the slowest drive has been through its law."""
+    """Time [s] after which the slowest drive has completed its law."""
     return max(law.duration for law in laws.values() if law.duration < math.inf)
 
 
 def judged_points(
     model: mujoco.MjModel, tree: SpatialTree, freedom: Mobility, question: LoopRequest
 ) -> tuple[FoundPoint, ...]:
-    """Select the points that are judged: those named, or sites that closures move and drives determine, or bodies.
+    """Select the points to judge: the named ones, or sites that closures move and drives determine, or bodies.
 
     A point that is rigid with what is driven or held is where the drives put it, however far the loops open: it is
     selected by name, or where closures move no point at all.

@@ -23,7 +23,7 @@ KINEMATIC_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class LoopRequest:
-    """Question that a user asks of a model.
+    """A user's request for a model with closed loops.
 
     Attributes:
         drives: law of each driven joint, as given (`conrod.exact.space.drive_laws`).
@@ -46,7 +46,7 @@ class LoopRequest:
 
 @dataclass(frozen=True)
 class LoopRun:
-    """A driven run with its largest errors over all points that the drives determine.
+    """A driven run with its largest errors over all judged points.
 
     Attributes:
         label: of the settings: the model's own, or a preset.
@@ -74,28 +74,28 @@ class LoopRun:
     acting: tuple[OtherForce, ...] = ()
 
     def judged_error(self, name: str) -> float:
-        """The error that a limit of this name is compared with; not a number where the run has none."""
+        """The error that a limit of this name is compared with; NaN if the run has none."""
         found = self.gap if name == LOOPS else self.errors.get(name)
         return math.nan if found is None else found
 
     def exceeded_limits(self, tolerance: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-        """Quantities that are out of tolerance: found and allowed."""
+        """Quantities out of tolerance, with found and allowed value."""
         pairs = {name: (self.judged_error(name), allowed) for name, allowed in loop_limits(tolerance).items()}
         return {name: (found, allowed) for name, (found, allowed) in pairs.items() if not found <= allowed}
 
     def is_within(self, tolerance: Mapping[str, float]) -> bool:
-        """True if it completed and neither an error nor the opening of its loops is larger than allowed."""
+        """True if the run completed with all errors and the loops' opening within tolerance."""
         return self.outcome is Outcome.COMPLETED and not self.exceeded_limits(tolerance)
 
 
 def loop_limits(tolerance: Mapping[str, float]) -> dict[str, float]:
-    """What is allowed by quantity [SI], with what follows for the opening of the loops."""
+    """Allowed errors by quantity [SI], with the limit on the loops' opening that follows from the position's."""
     return {**tolerance, **({LOOPS: tolerance["position"]} if "position" in tolerance else {})}
 
 
 @dataclass(frozen=True)
 class ShippedRun:
-    """The file run as it is, with its own actuators, from its own start; nothing is replaced.
+    """A run of the file as it is, with its actuators, from its start.
 
     Attributes:
         start: in words.
@@ -117,17 +117,17 @@ class ShippedRun:
 
     @property
     def failed(self) -> bool:
-        """True where it did not complete, or oscillates."""
+        """True if the run did not complete, or chatters."""
         return self.outcome is not Outcome.COMPLETED or self.chatter is not None
 
     def exceeds(self, tolerance: Mapping[str, float]) -> bool:
-        """True if something drives it and its loops open by more than is allowed."""
+        """True if something drives the run and its loops open by more than is allowed."""
         return self.driven and not self.gap <= loop_limits(tolerance).get(LOOPS, math.inf)
 
 
 @dataclass(frozen=True)
 class LoopStudy:
-    """A model's closed loops, judged.
+    """The study of a model's closed loops, with its verdict.
 
     Attributes:
         name, engine_version: of the model and of MuJoCo.
@@ -174,7 +174,7 @@ class LoopStudy:
 
     @property
     def begins_open(self) -> bool:
-        """True if its own run begins with its loops open by more than the tolerance, or a thousandth of its extent."""
+        """True if the file's run starts with loops open by more than the tolerance, or 0.1 % of its extent."""
         return self.begins is not None and self.begins.exceeds(self.question.tolerance.get("position"))
 
     @property
@@ -184,12 +184,12 @@ class LoopStudy:
 
     @property
     def agrees(self) -> bool:
-        """True if MuJoCo's own kinematics are those of the exact motion."""
+        """True if MuJoCo's kinematics agree with the exact motion."""
         return all(off <= KINEMATIC_TOLERANCE for off in self.kinematic.values())
 
     @property
     def is_machine(self) -> bool:
-        """True if its points are where those of the machine are, within tolerance, and no joint is of another kind."""
+        """True if points are where the machine's are, within tolerance, and all joints are of the same kinds."""
         if self.compared is None:
             return True
         allowed = self.question.tolerance.get("position", NUMBER_TOLERANCE * self.travel)
@@ -198,7 +198,7 @@ class LoopStudy:
 
     @property
     def judges_loops_alone(self) -> bool:
-        """True if no judged point is one that closures move, so that none shows how far they are off."""
+        """True if closures move no judged point, so that points do not show how far loops open."""
         return all(name in self.mobility.rigid for name in self.points) and bool(self.points)
 
     @property

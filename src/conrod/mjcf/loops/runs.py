@@ -52,7 +52,7 @@ LIMIT_ROUNDING = 1e-6  # of a limit, that a motion may be and is rounding [rad, 
 def with_settings(
     model: mujoco.MjModel, label: str, step: float, period: float, *, idle: bool = False, contact: bool = False
 ) -> mujoco.MjModel:
-    """A copy with a preset's settings, or its own, at a step [s]; the solver goes on to the end, as flywheels need.
+    """A copy with the model's or a preset's settings at a step [s], and a converging solver.
 
     Contacts and closures alike get a preset's.
 
@@ -80,7 +80,7 @@ def with_settings(
 
 
 def settings_as_mjcf(label: str, step: float, period: float, idle: bool) -> str:
-    """Edits that a model needs to run with such settings: MJCF, and what MJCF cannot say."""
+    """Edits that give a model these settings: MJCF, and a line of Python for hardening."""
     if label == OWN:
         return f'<option timestep="{step:.6g}"/>'
     settings = _settings(label, step, period, idle)
@@ -110,7 +110,7 @@ def judge_run(
     label: str, step: float, run: LoopRecording, motion: SpatialMotion, machine: DrivenTree,
     exact: SpatialForces | None, travel: float,
 ) -> LoopRun:  # fmt: skip
-    """A run with its errors against the exact motion at the same times."""
+    """Compare a run with the exact motion at the same times."""
     gaps = {name: float(np.nanmax(gap)) for name, gap in run.violations.items()}
     gap = max(gaps.values(), default=0.0)
     if run.outcome is not Outcome.COMPLETED:
@@ -138,7 +138,7 @@ def judge_run(
 def is_on_other_branch(
     machine: DrivenTree, names: Iterable[str], coordinates: Array, time: float, exact: Array, near: float
 ) -> bool:
-    """True for coordinates (nq, 1) on another branch: the closed pose nearest to them is not the exact one (nq, 1).
+    """True if the closed pose nearest to coordinates (nq, 1) is not the exact one (nq, 1).
 
     Args:
         names: of points that drives determine, which are no further apart than `near` where it is.
@@ -153,7 +153,7 @@ def is_on_other_branch(
 
 
 def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[str, float]:
-    """Largest deviations over the largest exact value each, or what rounding leaves of the largest of all.
+    """Largest deviation of each force over its largest exact value; unknown exact values are left out.
 
     Those are left out of which nothing is known.
     """
@@ -171,7 +171,7 @@ def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[st
 def compare_kinematics(
     model: mujoco.MjModel, machine: DrivenTree, points: tuple[FoundPoint, ...], motion: SpatialMotion
 ) -> tuple[dict[str, float], tuple[str, ...]]:
-    """Distance of MuJoCo's kinematics from the exact motion, over its largest values; and what is met on the way."""
+    """Largest relative deviations of MuJoCo's kinematics, and remarks on limits and contacts."""
     off, sizes = dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
     data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
     start, lengths = {p.name: motion.points[p.name].position[0] for p in points}, list[Array]()
@@ -201,7 +201,7 @@ def compare_kinematics(
 
 
 def tendons_beyond_limits(model: mujoco.MjModel, lengths: Array) -> Iterator[tuple[str, Array, tuple[float, float]]]:
-    """Names of tendons whose lengths (K, ntendon) go beyond their limits, with their lengths and limits."""
+    """Tendons whose lengths (K, ntendon) exceed their limits, with their lengths and limits."""
     if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
         return
     for k in np.flatnonzero(model.tendon_limited).tolist():
@@ -241,7 +241,7 @@ def _limit_remarks(machine: DrivenTree, motion: SpatialMotion, touching: list[st
 def shipped_run(
     tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, seconds: float, start: str, travel: float
 ) -> ShippedRun:  # fmt: skip
-    """The file run as it is, with the controls of its start."""
+    """Run the file as it is, with the controls of its start."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
     driven = bool(np.any(data.ctrl) or np.any(data.qvel))
     rates, gaps, watch = list[Array](), dict[str, float](), ForceWatch(model)
@@ -267,7 +267,7 @@ def shipped_run(
 
 
 def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:
-    """The joint whose rate turns back at nearly every step of the last half, and its swing over its range."""
+    """The joint whose rate reverses at nearly every step of the last half, and its swing over its range."""
     late = rates[len(rates) // 2 :]
     if len(late) < 20:
         return None

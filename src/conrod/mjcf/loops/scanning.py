@@ -1,4 +1,4 @@
-"""What one turn of a user's own model shows: its paths, whether all is back after it, and what the model is."""
+"""Scan one turn of a user's own model: its paths, whether points return, and facts of the model."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ RETURN_TOLERANCE = 1e-6
 
 
 def scan(turning: Turning, question: ModelRequest) -> Scan:
-    """Samples at `TURN_SAMPLES` angles of a turn, and one a turn later, which shows whether all is back, or of a pass.
+    """Sample a model at `TURN_SAMPLES` angles of a turn, or along a pass; check that its points return.
 
     Raises:
         InvalidInput: it cannot turn fully, or has not the keyframe or a control that is asked for.
@@ -66,7 +66,7 @@ def scan(turning: Turning, question: ModelRequest) -> Scan:
 
 
 def sampled_times(turning: Turning, question: ModelRequest) -> Array:
-    """Times (T,) [s] of the samples of a turn with its end, or of all that a pass's crank goes, with its start."""
+    """Times (T,) [s] of the samples of a turn with its end, or along the whole travel of a one-pass crank."""
     if turning.reach is None:
         return np.linspace(0.0, 2.0 * np.pi, TURN_SAMPLES + 1)
     spacing, (back, ahead) = question.width / TURN_SAMPLES, turning.reach
@@ -77,7 +77,7 @@ def sampled_times(turning: Turning, question: ModelRequest) -> Array:
 
 
 def _rotation_angles(axis: Array, turned: Array) -> Array:
-    """Angles (T, P) [rad] of turns (T, P, 3, 3) about an axis (3,)."""
+    """Angles (T, P) [rad] of rotations (T, P, 3, 3) about an axis (3,)."""
     vectors = Rotation.from_matrix(turned.reshape(-1, 3, 3)).as_rotvec()
     return np.asarray((vectors @ axis).reshape(turned.shape[:2]))
 
@@ -107,7 +107,7 @@ def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> float:
 
 
 def model_facts(turning: Turning, question: ModelRequest) -> ModelFacts:
-    """What a model is, but for its stops; raises InvalidInput where it lacks a keyframe or a control."""
+    """Facts of a model, without its stops; raises InvalidInput if it lacks a keyframe or a control."""
     model, tree, pair = turning.model, turning.machine.tree, turning.touching
     data, key = data_at_start(model, question.keyframe, question.controls)
     controls, option = data.ctrl.tolist(), model.opt
@@ -137,7 +137,7 @@ def model_facts(turning: Turning, question: ModelRequest) -> ModelFacts:
 
 
 def _all_stops(turning: Turning, question: ModelRequest, states: Array, lengths: Array) -> Iterator[str]:
-    """What keeps the model from its turn, or its pass, with coordinates (nq, T) and lengths of tendons (T, ntendon)."""
+    """Yield joint and tendon limits that keep the model from its turn or pass."""
     if turning.reach is not None:  # a pass from where it is assembled, or back to there
         first = min(int(turning.reach[0] / question.width * TURN_SAMPLES + 1e-6), states.shape[1] - TURN_SAMPLES - 1)
         rows = slice(first, first + TURN_SAMPLES + 1)
@@ -147,13 +147,13 @@ def _all_stops(turning: Turning, question: ModelRequest, states: Array, lengths:
 
 
 def _tendon_stops(model: mujoco.MjModel, lengths: Array) -> Iterator[str]:
-    """Tendons whose limits keep the model from its turn, along which they are of lengths (T, ntendon)."""
+    """Yield tendons whose limits keep the model from its turn, given their lengths (T, ntendon)."""
     for name, length, (low, high) in tendons_beyond_limits(model, lengths):
         yield f"tendon {name} is held to {low:.6g} to {high:.6g}, needs {length.min():.6g} to {length.max():.6g}"
 
 
 def _rigid_points(turning: Turning) -> tuple[str, ...]:
-    """Names of observed points that are rigid with the crank, so that neither closures nor a contact move them."""
+    """Names of observed points that are rigid with the crank."""
     data, points = mujoco.MjData(turning.model), dict[str, SpatialPoint]()
     mujoco.mj_kinematics(turning.model, data)
     for one in turning.points:
@@ -163,7 +163,7 @@ def _rigid_points(turning: Turning) -> tuple[str, ...]:
 
 
 def _stops(turning: Turning, states: Array) -> Iterator[str]:
-    """Joints whose limits keep the model from its turn, along which its coordinates (nq, T) are made without limits."""
+    """Yield joints whose limits keep the model from its turn, given coordinates (nq, T) without limits."""
     off = mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     if turning.model.opt.disableflags & off:
         return

@@ -1,4 +1,4 @@
-"""Why a model is not, or does not move as, a planar machine that it is to be: tilted axes, and links that differ."""
+"""Why a model is not the planar machine that it is to be, or does not move as it: tilted axes, other links."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ROUND_ANGLE = float(COARSE_GRID)  # [rad]: a model is turned by so much on purpo
 
 
 def scene_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest) -> Iterator[str]:
-    """Name what a model has otherwise than a planar machine, by its axes and links, however it moves.
+    """Yield differences of a model from a planar machine in axes and links, whether or not it can move.
 
     Args:
         scene: name of the machine and itself.
@@ -52,7 +52,7 @@ def scene_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: Mode
 
 
 def refusal_causes(model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest) -> Iterator[str]:
-    """Name the same, and other joints, of a model that cannot be moved as the machine is."""
+    """Yield differences in axes, links and joints of a model that cannot be moved as the machine is."""
     yield from scene_causes(model, scene, question)
     try:
         tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
@@ -66,7 +66,7 @@ def causes_besides(
     model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest, identity: Identity, given: GivenFrame,
     *, is_machine: bool,
 ) -> Iterator[str]:  # fmt: skip
-    """Name what else would explain a model that is not the machine, or what does where no lengths do.
+    """Yield further explanations of a model that is not the machine, or any if no length explains it.
 
     A slider-crank's offset and a tilt of its slide are the same machine seen in frames that are turned: which of both
     it is shows in a frame that is given, or is round.
@@ -94,7 +94,7 @@ def _on_ground(joint: object) -> bool:
 
 
 def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: ModelRequest, frame: Frame) -> float | None:
-    """Angle [rad] of the one slide on the ground from the machine's, in a frame; None where there are others."""
+    """Angle [rad] of the only slide on the ground from the machine's; None unless both have one."""
     tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
     slides = [joint for joint in tree.loop_joints if joint.kind == "slide" and tree.bodies[joint.body].parent == 0]
     right = [joint for joint in machine.mechanism().joints if isinstance(joint, Prismatic) and _on_ground(joint)]
@@ -108,7 +108,7 @@ def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: ModelRequest, f
 def _link_differences(
     model: mujoco.MjModel, machine: Scene, question: ModelRequest
 ) -> tuple[LinkDifference | SlideTilt, ...] | None:
-    """Differences of links, pins and slides; None where they are other ones, or cannot be known."""
+    """Differences of links, pins and slides; None if they do not match, or cannot be known."""
     try:
         tree = tree_of(model, data_at_start(model, question.keyframe)[0].qpos)
         points = {place.point: _point(model, place) for place in question.places}
@@ -123,7 +123,7 @@ def _link_differences(
 def _other_joints(
     model: mujoco.MjModel, scene: tuple[str, Scene], question: ModelRequest, tree: SpatialTree
 ) -> Iterator[str]:
-    """Say which joints a model and a machine of pins and slides have, where one cannot be laid over the other."""
+    """Say which joints a model and a machine have, where their links do not match."""
     name, machine = scene
     if describe_closures(model) or graph_of(machine.mechanism()) is None:  # which say why
         return
@@ -146,7 +146,7 @@ def _point(model: mujoco.MjModel, place: PointPlace) -> SpatialPoint:
 
 
 def tilted_axes(tree: SpatialTree) -> Iterator[str]:
-    """Name hinges of loops that are not along the axis that most are along, and slides that are not across it."""
+    """Yield loop hinges not parallel to most of the hinges, and slides not perpendicular to them."""
     found = forward_kinematics(tree, tree.start[:, None])
     axes = {
         joint.name: found.axes[joint.rate][:, 0, 0] for joint in tree.loop_joints if joint.kind in ("hinge", "slide")
@@ -172,7 +172,7 @@ def tilted_axes(tree: SpatialTree) -> Iterator[str]:
 
 
 def axial_gaps(tree: SpatialTree) -> Iterator[str]:
-    """Name connects whose two points are apart along the hinges, by which no planar motion can bring them together."""
+    """Yield connects whose points are apart along the hinges' axis, which no planar motion can close."""
     found = forward_kinematics(tree, tree.start[:, None])
     hinges = [found.axes[joint.rate][:, 0, 0] for joint in tree.loop_joints if joint.kind == "hinge"]
     for closure in tree.closures if hinges else ():
@@ -183,5 +183,5 @@ def axial_gaps(tree: SpatialTree) -> Iterator[str]:
 
 
 def _line_angle(one: Array, other: Array) -> float:
-    """Angle between two lines [rad], from 0 to a quarter turn."""
+    """Angle between two lines [rad], from 0 to a right angle."""
     return float(np.arctan2(np.linalg.norm(np.cross(one, other)), abs(one @ other)))

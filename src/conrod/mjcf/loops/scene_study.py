@@ -52,7 +52,7 @@ def study_scene_model(
     tolerance: Mapping[str, float] | None,
     refine: bool = False,
 ) -> ModelStudy:
-    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.local`.
+    """Judge a model file against a scene; call it in a separate process (`conrod.studies.execution.local`).
 
     Args:
         scene: its name and itself.
@@ -94,7 +94,7 @@ def study_scene_model(
 
 
 def _refinement_points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
-    """Errors of runs of one kind, from coarse to fine."""
+    """Errors of runs with one setting, from coarse to fine steps."""
     ordered = sorted(runs, key=lambda run: run.steps_per_revolution)
     return tuple(
         RefinementPoint(round(run.steps_per_revolution), run.outcome.slug, *(run.worst(name) for name in QUANTITIES))
@@ -104,7 +104,7 @@ def _refinement_points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
 
 @dataclass(frozen=True, eq=False)
 class SceneBench:
-    """A model whose crank turns at a scene's speed, or as its own file drives it.
+    """A model to run with its crank driven at a scene's speed, or as its file drives it.
 
     Attributes:
         exact: the machine that the model is.
@@ -149,7 +149,7 @@ class SceneBench:
         return np.asarray(step * np.arange(samples), dtype=float)
 
     def run_driven(self, label: str, finer: float = 1.0) -> JudgedRun:
-        """With its own settings or a preset's, at so many steps in place of one."""
+        """Run driven, with the model's or a preset's settings and `finer` times as many steps."""
         turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
         model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
         elapsed = turning.time_at(self.frame.zero + self.frame.sense * self._begin)
@@ -162,7 +162,7 @@ class SceneBench:
         return self.judge(label, run, step)
 
     def run_as_given(self) -> tuple[JudgedRun, CrankSpeed | None]:
-        """The run of the file: its own start, actuators and controls, autoreset as it is; nothing is prescribed."""
+        """Run the file as it is: its start, actuators, controls and autoreset."""
         model, turning = self.turning.model, self.turning
         data, _ = data_at_start(model, self.question.keyframe, self.question.controls)
         step = float(model.opt.timestep)
@@ -186,7 +186,7 @@ class SceneBench:
         return (replace(found, errors=None) if stands else found), crank
 
     def instants(self, run: LoopRecording) -> Instants:
-        """The crank in the document's frame."""
+        """Times, crank angle and its rates, in the document's frame."""
         crank, sense = self.turning.crank, self.frame.sense
         rates, angle = (run.rates[crank.rate], run.accelerations[crank.rate]), run.coordinates[crank.coordinate]
         angle = self.frame.angle(angle)
@@ -195,7 +195,7 @@ class SceneBench:
         return Instants(times, angle, *(sense * one for one in rates))
 
     def judge(self, label: str, run: LoopRecording, step: float) -> JudgedRun:
-        """A run with its outcome and its errors."""
+        """Determine the outcome and the errors of a run."""
         at = self.instants(run)
         # The scene's clock begins at crank angle 0, which the file need not start at; that of one pass does so already.
         if label == AS_GIVEN and self.question.span is None:
@@ -220,7 +220,7 @@ class SceneBench:
         return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting, opening)
 
     def _endings(self, run: LoopRecording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
-        """Outcomes that the points and the violation of the closures show; the first one counts.
+        """Yield the outcomes that points and violations show; the first one counts.
 
         A run that starts open and snaps shut goes on from there: how far it was open is an error of it, no outcome.
         """

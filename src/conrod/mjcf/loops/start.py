@@ -1,4 +1,4 @@
-"""The state that a file's own run starts in: loops that are open, or that its rates open, and what would close them."""
+"""The state at which a file's own run starts: loops that are open, or that its rates open, and a closed pose."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ POSE_DIGITS, POSE_DECIMALS = 10, 12  # of a pose in words: what they leave open 
 
 
 def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: str) -> OpenStart | None:
-    """Find the loops that are open in a pose; None where all are closed.
+    """Find the closures that are open in a pose; None if all are closed.
 
     Args:
         data: at the pose.
@@ -41,12 +41,12 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
 
 
 def pose_words(coordinates: Array) -> str:
-    """Coordinates (nq,) as MJCF's `qpos` has them."""
+    """Coordinates (nq,) as the text of MJCF's `qpos`."""
     return " ".join(f"{value:.{POSE_DIGITS}g}" for value in np.round(coordinates, POSE_DECIMALS) + 0.0)
 
 
 def start_rate_violation(machine: DrivenTree, data: mujoco.MjData) -> StartRates | None:
-    """Compare the rates of a closed start with those that the loops ask for; None where they do.
+    """Compare the rates of a closed start with the nearest rates that satisfy its loops; None if they agree.
 
     Rates v open the closures at J v, with J their Jacobian. The rates that the loops ask for are the nearest ones with
     J v = 0 that leave those of driven joints as they are.

@@ -50,7 +50,7 @@ MAX_SEARCHED_JOINTS = 14  # of loops, up to which it is tried for each whether i
 
 
 def study_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
-    """Judge a model file; to be called in a process of its own, see `conrod.studies.execution.local`.
+    """Judge the loops of a model file; call it in a separate process (`conrod.studies.execution.local`).
 
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
@@ -73,7 +73,7 @@ def study_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
 
 
 def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
-    """Refuse drives that are too few or too many for a closed pose (nq, 1), with the axis by which it cannot move.
+    """Refuse too few or too many drives at a closed pose (nq, 1), and name the axis that blocks motion.
 
     Args:
         explained: whether it is known what the model has otherwise: then no axis is looked for.
@@ -94,7 +94,7 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
 
 
 def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
-    """Assemble a machine and follow its motion; where its start is outside the joints' ranges, perhaps from inside.
+    """Assemble a machine and track its motion; if its start is outside joint ranges, perhaps from inside.
 
     Args:
         pose: that it is assembled from, in words.
@@ -129,7 +129,7 @@ def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: boo
 
 
 def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
-    """Follow a machine's motion from the closed pose inside its joints' ranges that is nearest to its start.
+    """Track a machine's motion from the closed pose inside its joints' ranges nearest to its start.
 
     Returns:
         The pose, in words.
@@ -150,7 +150,7 @@ def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> 
 
 @dataclass(frozen=True, eq=False)
 class _LoopBench:
-    """A model with its exact machine, from its start on.
+    """A model with its exact machine, assembled and driven.
 
     Attributes:
         moved_start: as of a `LoopStudy`.
@@ -185,11 +185,11 @@ class _LoopBench:
 
     @property
     def period(self) -> float:
-        """Time [s] that the slowest drive takes for its law: the machine's pace, however long it runs."""
+        """Time [s] that the slowest drive takes for its law."""
         return duration(self.machine.laws)
 
     def study(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
-        """All that is found."""
+        """Run and compare everything; return the study."""
         checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED_INSTANTS))
         ways = {n: float(np.linalg.norm(p.position - p.position[0], axis=1).max()) for n, p in checked.points.items()}
         least, judged = 1e-9 * self.machine.tree.extent, [point.name for point in self.points]
@@ -216,7 +216,7 @@ class _LoopBench:
         )  # fmt: skip
 
     def _closure_words(self) -> str:
-        """What closures show, and the axis or anchor by which they contradict each other; empty where they do not."""
+        """Describe closures, and the axis or anchor that makes them contradict each other, if they do."""
         machine, said = self.machine, describe_closures(self.model)
         closes = machine.misfit <= NUMBER_TOLERANCE * machine.tree.extent
         if closes or self.question.machine is not None or len(machine.tree.loop_joints) > MAX_SEARCHED_JOINTS:
@@ -225,12 +225,12 @@ class _LoopBench:
         return f"{said}{'; ' if said else ''}its closures contradict each other: {describe_corrections(found)}"
 
     def _open_start(self) -> OpenStart | None:
-        """Loops that are open where the file's own run starts."""
+        """Closures that are open where the file's own run starts; None if all are closed."""
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         return open_start(self.model, data, self.machine.tree.extent, start_words(self.model, key))
 
     def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
-        """The cheapest run that is within the tolerance asked for, if any."""
+        """The cheapest run within the tolerance; None if none is, or none was given."""
         allowed = self.question.tolerance
         within = [run for run in runs if allowed and run.cost is not None and run.is_within(allowed)]
         return min(within, key=lambda run: run.cost or math.inf, default=None)
@@ -238,7 +238,7 @@ class _LoopBench:
     def _compare_with_machine(
         self, machine: SpatialTree | None, motion: SpatialMotion, travel: float
     ) -> MachineComparison | None:
-        """Against the machine that it is to be, and its closed form where it has one."""
+        """Compare with the machine that it is to be, and with its closed form if it has one."""
         if machine is None or (name := self.question.machine) is None:
             return None
         driven = self.machine
@@ -253,14 +253,14 @@ class _LoopBench:
         return replace(found, closed_form=max(map(float, apart)) / travel)
 
     def _unknown_forces(self, acting: tuple[OtherForce, ...]) -> tuple[str, ...]:
-        """What the exact forces do not account for, in words, of what was seen to act in a run and of inertia."""
+        """Forces and inertias that the exact forces do not include, in words."""
         spins = (f"{', '.join(self.freedom.idle)} idle, whose spin no drive determines",) if self.freedom.idle else ()
         return (*self.machine.tree.unmodelled, *spins, *(one.title for one in acting if not one.exact))
 
     # -- runs ---------------------------------------------------------------------------------------------------------
 
     def _runs(self, travel: float) -> tuple[tuple[LoopRun, ...], tuple[LoopRun, ...]]:
-        """At the model's own step, each with its order and cost; and at other steps."""
+        """Runs at the model's own step, with order and cost, and runs at other steps."""
         at_own, others = list[LoopRun](), list[LoopRun]()
         costs = self._costs()
         for label in LABELS:
@@ -273,7 +273,7 @@ class _LoopBench:
         return tuple(at_own), tuple(others)
 
     def _run(self, label: str, finer: float, travel: float) -> LoopRun:
-        """A run with a step so many times finer than the model's own, compared with the exact motion."""
+        """Run with `finer` times as many steps as the model's own, compared with the exact motion."""
         step = float(self.model.opt.timestep) / finer
         count = int(self.seconds / step + 1e-9)
         if not 2 <= count <= MAX_STEPS:
@@ -290,7 +290,7 @@ class _LoopBench:
         return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))
 
     def _costs(self) -> dict[str, float]:
-        """Cost of a step with each preset's settings over that with the model's own, measured in turns."""
+        """Cost of a step with each preset over one with the model's own settings, timed alternately."""
         start, steppers = self.machine.motion(np.zeros(1)), {}
         for label in LABELS:
             model = (
@@ -303,7 +303,7 @@ class _LoopBench:
         return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
 
     def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
-        """The file as it is, with the controls that are asked for; or with a preset's settings at its own step."""
+        """Run the file as it is with the requested controls, or with a preset's settings."""
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         words = start_words(self.model, key, data.ctrl.tolist())
         model = copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))

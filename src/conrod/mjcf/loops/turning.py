@@ -63,13 +63,13 @@ class Turning:
         return float(self.start[self.crank.coordinate, 0])
 
     def time_at(self, coordinate: float) -> float:
-        """When the crank is at a coordinate [rad]: in the turn, or as near to it as it has gone."""
+        """Time [s] at which the crank is at a coordinate [rad], within its turn or its reach."""
         if self.reach is None:
             return float(np.remainder(coordinate - self.first, 2.0 * np.pi))
         return float(np.clip(coordinate - self.first, 0.0, sum(self.reach)))
 
     def coordinates(self, times: Array) -> Array:
-        """All joint coordinates (nq, T) at rising times (T,), at each of which the contact is found anew."""
+        """All joint coordinates (nq, T) at rising times (T,); a contact is solved at each."""
         if self.touching is None:
             return self.machine.motion(times, order=1).coordinates
         poses = [self.start]
@@ -78,7 +78,7 @@ class Turning:
         return np.concatenate(poses[1:], axis=1)
 
     def state(self, time: float) -> tuple[Array, Array]:
-        """Coordinates (nq,) and rates (nv,) at a time; where a contact places them, rates by a central difference."""
+        """Coordinates (nq,) and rates (nv,) at a time; rates by central difference if a contact determines them."""
         if self.touching is None:
             found = self.machine.motion(np.array([time]), order=1)
             return found.coordinates[:, 0], found.rates[0, :, 0]
@@ -89,7 +89,7 @@ class Turning:
         return around[0], rates
 
     def _touching_pose(self, coordinates: Array, time: float, geoms: tuple[int, int]) -> Array:
-        """The closed pose (nq, 1) near another in which two geoms just touch.
+        """The closed pose (nq, 1) near a given one at which two geoms just touch.
 
         Raises:
             InvalidInput: they cannot be brought to touch.
@@ -121,7 +121,7 @@ def distance(model: mujoco.MjModel, data: mujoco.MjData, geoms: tuple[int, int])
 
 @np.errstate(all="ignore")  # of numbers that are nearly none, which are refused
 def prepare_turning(path: Path, question: ModelRequest) -> Turning:
-    """Load a model, find what was asked for and assemble it from the pose that is asked for, or its first that closes.
+    """Load a model, find its crank and points, and assemble it from the keyframe or the first closing pose.
 
     Raises:
         InvalidInput: the model cannot be loaded, has not what was asked for, is of another mobility than the machine
@@ -163,7 +163,7 @@ OFF_LIMIT = 1e-2
 
 
 def _one_pass(made: Turning, width: float) -> Turning:
-    """The same along all that its crank can go, up to a pass of a width [rad] to each side of where it is assembled.
+    """Extend the motion to all that the crank can travel, at most one pass to each side of the assembly.
 
     Raises:
         InvalidInput: that is less than the pass; names the poses where it ends.
@@ -181,7 +181,7 @@ def _one_pass(made: Turning, width: float) -> Turning:
 
 
 def _reachable_travel(made: Turning, sense: float, width: float) -> tuple[float, Array, str]:
-    """How far [rad] the crank goes one way, at most a width, the pose (nq, 1) there, and its coordinate in words."""
+    """Angle [rad] that the crank can travel one way, the pose (nq, 1) there, and its angle in words."""
     law = parse_drive_law(f"{sense!r}rad/s", "rad", made.first, made.crank.name)
     machine = DrivenTree(made.machine.tree, {made.crank.name: law})
     try:
@@ -194,7 +194,7 @@ def _reachable_travel(made: Turning, sense: float, width: float) -> tuple[float,
 
 
 def _check_freedom(made: Turning, question: ModelRequest) -> None:
-    """Refuse a model of another mobility than the machine's, and name what moves or is held.
+    """Refuse a model whose mobility differs from the machine's, and name what moves or is held.
 
     A higher pair takes one freedom, when it touches: the closures alone may leave so many more.
     """

@@ -163,7 +163,7 @@ class FrameFit:
 
 
 def fit_frame(search: PathSearch) -> FrameFit:
-    """Fit the frame in which the scene's paths are nearest to the model's; given parts of it are kept."""
+    """Fit the document's frame to a model's paths; given parts of the frame are kept."""
     coarse = _fit_coarsely(search)
     unit = min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
     return replace(coarse, unit=unit).refine()

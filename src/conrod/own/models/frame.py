@@ -41,7 +41,7 @@ class PlaneView:
 
 @dataclass(frozen=True)
 class Frame:
-    """Transformation from a model's coordinates to those of the scene's document.
+    """Transformation from a model's coordinates to the scene document's.
 
     Attributes:
         sense: +1 if the crank angle grows with the hinge's coordinate.
@@ -89,7 +89,7 @@ class GivenFrame:
 
 
 def candidate_views(axis: Array, sense: int, plane: str | None) -> tuple[PlaneView, ...]:
-    """Sides from which the plane across a crank's axis may be seen, the most likely first.
+    """Sides to see the plane of motion from, the most likely first.
 
     A plane is usually seen with x to the right and y or z up; and a hinge's coordinate usually grows with the crank
     angle. Where these are two views, either may be meant. A machine seen from behind is its own mirror image turning

@@ -55,7 +55,7 @@ class MisplacedPoint:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Changed lengths and misplaced points with which the exact paths match those of the model.
+    """Changed lengths and misplaced points that make the exact paths match the model's.
 
     Attributes:
         left: largest distance that they leave, over the point's length.
@@ -136,7 +136,7 @@ MAX_ROUNDING_LOSS = 1.05
 
 @dataclass(frozen=True)
 class Identity:
-    """What a model is by its paths: frame, branch, and lengths that differ.
+    """The identity of a model by its paths: frame, branch, and lengths that differ.
 
     Attributes:
         frame: the document's frame in the model.

@@ -57,7 +57,7 @@ class SlideTilt:
 
 @dataclass
 class PlanarLink:
-    """A rigid part, in a plane of its own coordinates.
+    """A rigid link with its pins, points and slides in planar coordinates.
 
     Attributes:
         pins, points: places (2,) of its pins and observed points, by name.

@@ -96,7 +96,7 @@ def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
 
 
 def on_branch(reference: ExactReference, branch: GenericReference | None) -> ExactReference:
-    """Assemble a machine of any lengths on the branch of another; None keeps its own branch."""
+    """Assemble a machine of any lengths on another branch; None keeps the branch."""
     if branch is None or isinstance(reference, GenericReference):
         return reference
     mechanism = replace(reference.mechanism(), name=branch.described.name, poses=branch.described.poses)

@@ -83,7 +83,7 @@ def controls_of(controls: Mapping[str, float]) -> Controls:
 
 @dataclass(frozen=True)
 class ModelRequest:
-    """What a user gives of a model: its points and crank, and the machine that it is compared with.
+    """A user's request for a model: its points and crank, and the machine to compare with.
 
     Attributes:
         crank: name of the hinge that is driven.
@@ -133,7 +133,7 @@ class StartRates:
 
 @dataclass(frozen=True)
 class OpenStart:
-    """Closures that are open in the pose in which a file's own run starts.
+    """Closures that are open at the start of a file's own run.
 
     Attributes:
         pose: in words, such as 'its own pose'.

@@ -58,7 +58,7 @@ class Cause:
 
 
 def likely_causes(table: TableComparison, wrong: Sequence[str]) -> tuple[Cause, ...]:
-    """Find the causes that reproduce a table's errors, those that explain most errors first.
+    """Find the causes that reproduce a table's errors, the most comprehensive first.
 
     Args:
         wrong: names of the errors that are to be explained.
@@ -79,7 +79,7 @@ def likely_causes(table: TableComparison, wrong: Sequence[str]) -> tuple[Cause, 
 
 
 def _reproducing_causes(rows: TableComparison, before: Mapping[str, float]) -> tuple[Cause, ...]:
-    """Find the causes that reproduce errors of given sizes, those that explain most errors first."""
+    """Find the causes that reproduce errors of given sizes, the most comprehensive first."""
     found: dict[str, Cause] = {}
     for kind, text, undone, concerns in _hypotheses(rows, tuple(before)):
         explains = {}
@@ -172,7 +172,7 @@ def _unit_slips(table: TableComparison) -> Iterator[Hypothesis]:
 
 
 def _factors_both_ways(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]]:
-    """Factors by which values are wrong where one unit is taken for the other, with the slip in words."""
+    """Factors of wrong values where one unit is taken for another, with the slip in words."""
     for (one, other), factor in units.items():
         yield factor, f"{one} taken for {other}"
         yield 1.0 / factor, f"{other} taken for {one}"

@@ -41,7 +41,7 @@ Errors: TypeAlias = Mapping[str, Mapping[str, ErrorCurve]]
 
 @dataclass(frozen=True)
 class TableComparison:
-    """The exact motion beside a table: each motion is computed once, for all points and quantities.
+    """A table compared with the exact motion; each exact motion is computed once, for all points.
 
     Attributes:
         values: what the table says, SI: an array (T,) by quantity, of those in `columns.quantities` that it has; times

@@ -26,7 +26,7 @@ NOISE_STARTS = np.linspace(0.0, 0.9, 19)  # shares of the rows after which noise
 
 
 def stuck_rows(table: TableComparison) -> dict[str, Mask]:
-    """Rows (T,) in which a column stands still while the exact motion moves, for each column that has any."""
+    """Mask (T,) of rows where a column stands still while the exact motion moves, by column."""
     exact = _exact_columns(table)
     found = {name: _stuck_mask(table.values[name], exact[name]) for name in exact}
     speed = table.values.get(CRANK_SPEED)
@@ -43,7 +43,7 @@ def replace_stuck(table: TableComparison, stuck: Mapping[str, Mask]) -> TableCom
 
 
 def drop_stuck(table: TableComparison, stuck: Mapping[str, Mask]) -> TableComparison:
-    """Drop columns that are stuck in most rows, and rows in which any other column is stuck."""
+    """Drop columns that are stuck in most rows, then all rows with a stuck column."""
     kept = {name: values for name, values in table.values.items() if not (name in stuck and stuck[name].mean() > 0.5)}
     rows = ~np.any([stuck[name] for name in stuck if name in kept] or [np.zeros(len(table.times), bool)], axis=0)
     return replace(table, values={name: values[rows] for name, values in kept.items()})
@@ -66,7 +66,7 @@ def _exact_columns(table: TableComparison) -> dict[str, Array]:
 
 
 def _stuck_mask(values: Array, exact: Array) -> Mask:
-    """Rows (T,) in stretches of one value while the exact one travels, or from which on there is noise about one."""
+    """Mask (T,) of rows with one value, or noise about one value, while the exact value travels."""
     stuck, travel = np.zeros(len(values), dtype=bool), float(np.ptp(exact))
     if travel <= SAME_VALUE_TOLERANCE * float(np.abs(exact).max()):
         return stuck  # it has nowhere to go

@@ -159,7 +159,7 @@ def _check_pass(table: TableComparison) -> None:
 
 
 def _notes(reading: Reading, table: TableComparison) -> Iterator[str]:
-    """Yield what a reader should know of units, repeated rows and missing columns."""
+    """Yield remarks on units, repeated rows and missing columns."""
     scene = table.scene
     if reading.repeated:
         yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
