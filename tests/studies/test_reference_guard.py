@@ -27,9 +27,9 @@ from conrod.runs.trajectory import BodyTracks
 from conrod.scenes import SCENES, catalogue_scene, scene_named
 from conrod.scenes.saw import Saw
 from conrod.studies.forces.study import ForcePlan, validate_forces
-from conrod.studies.frame.case import QUANTITIES
+from conrod.studies.frame.case import QUANTITIES, contradictions
 from conrod.studies.frame.prediction import Prediction, reference_misfit
-from conrod.studies.frame.result import contradictions, misfit_words
+from conrod.studies.frame.result import misfit_words
 from conrod.studies.frame.run import MIN_PASS_STEPS
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.study import validate_kinematic

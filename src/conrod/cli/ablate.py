@@ -33,7 +33,7 @@ def ablate(scenes: tuple[str, ...], asked: AblateOptions) -> None:
     Finished runs are kept in the ledger: an interrupted study goes on where it stopped.
     """
     from conrod.api.ablate import ablate
-    from conrod.cli.outputs import check_outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.ablate import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
@@ -42,3 +42,4 @@ def ablate(scenes: tuple[str, ...], asked: AblateOptions) -> None:
     with asked.runs() as runs:
         found = ablate(chosen, steps_per_rev=asked.steps_per_rev, rounds=asked.rounds, engines=asked.engine, runs=runs)
     files.answer(found, "ablate", scenes)
+    exit_with_verdict(found)

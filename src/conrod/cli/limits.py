@@ -38,7 +38,7 @@ def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
     kept in the ledger: an interrupted study goes on where it stopped.
     """
     from conrod.api.limits import limits
-    from conrod.cli.outputs import check_outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.limits.report import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
 
@@ -49,6 +49,7 @@ def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
     # Limits of a run are given too: they decide how some end.
     ended = {"--cell-timeout": asked.cell_timeout, "--cell-memory": asked.cell_memory}
     files.answer(found, "limits", scenes, ended)
+    exit_with_verdict(found)
 
 
 def _span(text: str) -> tuple[float, float]:

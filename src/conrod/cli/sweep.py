@@ -31,7 +31,7 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
     from conrod.api.sweep import sweep
-    from conrod.cli.outputs import check_outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.engines.variants import grid_named
     from conrod.report.sweep import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
@@ -42,6 +42,7 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
     with asked.runs() as runs:
         found = sweep(chosen, grid=asked.grid, engines=asked.engine, runs=runs)
     files.answer(found, "sweep", scenes)
+    exit_with_verdict(found)
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     The answer is confirmed on other runs: with the numbers as they are pasted, another start angle, five revolutions,
     speeds 10 % off; of an input that makes one pass, that pass backwards, and those speeds.
 
-    Exit status 0: at least one engine has such a setting; 1: none has; 2: bad usage.
+    Exit status 0: at least one engine has such a setting; 1: none has, or cannot be trusted; 2: bad usage.
     """
     from conrod.api.sweep import cheapest_settings, findings_of
     from conrod.cli.outputs import check_outputs
@@ -94,10 +95,12 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     found = findings_of((name, chosen), tolerance, answers)
     files.answer(found, "recommend", (scene,))
     qualified = [one.pasted for one in answers if isinstance(one, Recommendation)]
-    settings = next((one for one in qualified if one.engine in writers), None)
+    trusted = not found.study.distrust
+    settings = next((one for one in qualified if trusted and one.engine in writers), None)
     for path in wanted.values():
         if settings is None:
-            say("conrod: no model is written: nothing qualifies", err=True)
+            why = "nothing qualifies" if trusted else "its figures cannot be trusted"
+            say(f"conrod: no model is written: {why}", err=True)
             sys.exit(FAILED)
         write_together([single_file(path, writers[settings.engine].model(name, chosen, settings))])
         say(f"model: {path}")

@@ -30,7 +30,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     ledger: an interrupted study goes on where it stopped.
     """
     from conrod.api.versions import DEFAULT_SCENES, versions
-    from conrod.cli.outputs import check_outputs
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.engines import engine_named
     from conrod.report.versions import KIND
     from conrod.studies.frame.resolve_arguments import select_scenes
@@ -41,3 +41,4 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     with asked.runs() as runs:
         found = versions(engine, chosen, releases=names_in(asked.versions), runs=runs)
     files.answer(found, "versions", {engine: engine}, {"": scenes})
+    exit_with_verdict(found)

@@ -8,6 +8,7 @@ from typing import Any
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.numbers import lengths
+from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Cell, ColouredCell, Table, Tone, table
 from conrod.report.template import join_words
 from conrod.report.terminal import PrintedPart
@@ -117,6 +118,7 @@ def _summary(study: AblationStudy) -> dict[str, Any]:
 
 def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
     """Yield costs, changes and verdicts of all ingredients, and the speed-up of each engine."""
+    yield from distrust_lines(studies)
     for study in studies:
         for found in study.engines:
             if found.ingredients:
@@ -127,8 +129,9 @@ def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
 
 
 def verdict(study: AblationStudy) -> str:
-    """Say for each engine how much faster the minimal model runs than the full one."""
-    return f"{study.name}: {' '.join(speed_up(found).replace('**', '') for found in study.engines)}"
+    """Say for each engine how much faster the minimal model runs, or that its figures cannot be trusted."""
+    found = distrust_words(study) or " ".join(speed_up(found).replace("**", "") for found in study.engines)
+    return f"{study.name}: {found}"
 
 
 KIND = Kind(

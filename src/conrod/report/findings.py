@@ -64,9 +64,12 @@ class Findings(Mapping[str, F], Generic[F]):
 
     @property
     def within_tolerance(self) -> bool | None:
-        """True if everything judged is within tolerance; None if nothing was judged."""
+        """True if everything judged is within tolerance; None if nothing was judged.
+
+        False, too, if conrod's own figures cannot be trusted.
+        """
         judge = self.kind.passed or findings_passed
-        verdicts = [judge(found) for found in self.parts.values()]
+        verdicts = [False if getattr(found, "distrust", "") else judge(found) for found in self.parts.values()]
         return False if False in verdicts else True if True in verdicts else None
 
     @property

@@ -9,6 +9,7 @@ from typing import Any
 from conrod.engines.engine import CUSTOM
 from conrod.report import numbers
 from conrod.report.kind import Kind
+from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Verbatim
 from conrod.report.terminal import PrintedPart
 from conrod.scenes import Scene
@@ -25,6 +26,7 @@ class Advice:
     Attributes:
         engines: versions by name.
         answers: answers by engine, with the lines that a terminal shows.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Advice:
     allowed: Allowed
     engines: Mapping[str, str]
     answers: Mapping[str, Any]
+    distrust: str = ""
 
 
 def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]) -> Advice:
@@ -40,7 +43,8 @@ def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]
     engines = [(one.choice if isinstance(one, Recommendation) else one.nearest).swept.engine for one in found]
     answers = {engine.name: _answer_values(one, allowed) for engine, one in zip(engines, found, strict=True)}
     versions = {engine.name: engine.version for engine in engines}
-    return Advice(name, scene.title, dict(scene.parameters), allowed, versions, answers)
+    distrust = "; ".join(one.distrust for one in found if one.distrust)
+    return Advice(name, scene.title, dict(scene.parameters), allowed, versions, answers, distrust)
 
 
 def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
@@ -74,14 +78,15 @@ def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
 
 def results_to_print(studies: Sequence[Advice]) -> Iterator[PrintedPart]:
     """Yield the answer of each engine, and the settings to paste."""
+    yield from distrust_lines(studies)
     for one in (answer for study in studies for answer in study.answers.values()):
         yield from one["lines"]
         yield from (Verbatim(f"    {line}") for line in [*one.get("paste", "").splitlines(), ""])
 
 
 def verdict(found: Advice) -> str:
-    """Return the first line of each engine's answer."""
-    return "; ".join(one["lines"][0].rstrip(":") for one in found.answers.values())
+    """Return the first line of each engine's answer, or say that its figures cannot be trusted."""
+    return distrust_words(found) or "; ".join(one["lines"][0].rstrip(":") for one in found.answers.values())
 
 
 KIND = Kind(

@@ -76,6 +76,16 @@ def scene_verdict(study: SceneResults[Any]) -> str:
     return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
 
 
+def distrust_words(findings: Any) -> str:
+    """Say which figures of a study cannot be trusted, and why; empty if the exact motion contradicts nothing."""
+    return f"CANNOT BE TRUSTED: {findings.distrust}. {DISTRUST_ADVICE}" if findings.distrust else ""
+
+
+def distrust_lines(studies: Iterable[Any]) -> Iterator[PrintedPart]:
+    """Yield a line for each study whose figures cannot be trusted, to print first."""
+    yield from (verdict_line(words, False) for study in studies if (words := distrust_words(study)))
+
+
 def distrusted_scenes(studies: Sequence[SceneResults[Any]]) -> Iterator[PrintedPart]:
     """Yield a line for each scene whose exact motion contradicts itself, to print first."""
     doubted = [study for study in studies if any(result.distrust for result in study.results)]

@@ -25,6 +25,7 @@ from conrod.report.charts.canvas import (
 from conrod.report.charts.styles import colour, engine_title, preset_style
 from conrod.report.figure import Figure, Spot, spots_in_axes
 from conrod.report.kind import Index, Kind
+from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.frame.case import QUANTITIES
@@ -172,6 +173,7 @@ def _legend(study: SweepStudy) -> list[Line2D]:
 
 def results_to_print(studies: Sequence[SweepStudy]) -> Iterator[PrintedPart]:
     """Yield for each scene the settings that no other beats in both cost and position error."""
+    yield from distrust_lines(studies)
     for study in studies:
         yield tables.front_table(study, f"{study.name}: settings that none beats in both cost and position")
         yield tables.RATIO_NOTE
@@ -184,12 +186,18 @@ def points_words(study: SweepStudy) -> str:
     return f"{len(study.points)} settings and steps: {tables.end_words(study)}"
 
 
+def verdict(study: SweepStudy) -> str:
+    """Say what the grid shows in a few sentences, or that its figures cannot be trusted."""
+    found = distrust_words(study) or " ".join(tables.findings(study)) or points_words(study)
+    return f"{study.name}: {found}".replace("**", "")
+
+
 KIND = Kind(
     name="sweep",
     findings=SweepStudy,
     title=lambda study: study.title,
     summary=_summary,
     printed=results_to_print,
-    verdict=lambda study: f"{study.name}: {' '.join(tables.findings(study)) or points_words(study)}".replace("**", ""),
+    verdict=verdict,
     digits=6,
 )

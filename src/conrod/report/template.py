@@ -110,6 +110,7 @@ FILTERS = {
 REPORT_PACKAGE = "conrod.report"
 GLOBALS = {
     "scene_description": results.scene_description,
+    "distrust_words": results.distrust_words,
     "engine_title": engine_title,
     "engine_and_preset": results.engine_and_preset,
     "parameters_table": results.parameters_table,

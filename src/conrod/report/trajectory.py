@@ -13,7 +13,7 @@ from conrod.own.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import DISTRUST_ADVICE, exceeded_words
+from conrod.report.results import distrust_words, exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 
@@ -42,7 +42,7 @@ def _revolutions_text(study: TableStudy) -> str:
 def verdict_text(study: TableStudy) -> str:
     """Return the verdict on a table, with the quantities out of tolerance and those not judged."""
     if study.distrust:
-        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST_ADVICE}"
+        return distrust_words(study)
     if study.passed is None:
         return "measured, not judged: give --tolerance"
     unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""

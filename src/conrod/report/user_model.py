@@ -13,7 +13,7 @@ from conrod.own.models.references import ALL_LENGTHS
 from conrod.own.models.results import QUANTITIES, JudgedRun, ModelStudy
 from conrod.report.kind import Kind
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured_text, quantity, round_to_digits, with_mm
-from conrod.report.results import DISTRUST_ADVICE, exceeded_words
+from conrod.report.results import distrust_words, exceeded_words
 from conrod.report.start_pose import open_start_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
@@ -33,7 +33,7 @@ def verdict(study: ModelStudy) -> str:
     Whether it is the machine comes first, unless its own run failed.
     """
     if study.distrust:
-        return f"CANNOT BE TRUSTED: {study.distrust}. {DISTRUST_ADVICE}"
+        return distrust_words(study)
     sentences = [_identity_words(study)]
     if study.own_run is not None:
         sentences.insert(0 if study.own_failed else 1, _own_run_words(study, study.own_run))

@@ -14,6 +14,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import add_legend_above
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
+from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.versions import Change, VersionStudy
@@ -124,6 +125,7 @@ def _summary(study: VersionStudy) -> dict[str, Any]:
 
 def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
     """Yield a table and a sentence on the changes, and the releases that were not run."""
+    yield from distrust_lines(studies)
     for study in studies:
         yield changes_table(study)
         yield headline(study)
@@ -136,6 +138,6 @@ KIND = Kind(
     title=lambda study: engine_style(study.engine).title,
     summary=_summary,
     printed=results_to_print,
-    verdict=headline,
+    verdict=lambda study: distrust_words(study) or headline(study),
     digits=4,
 )

@@ -30,6 +30,7 @@ from conrod.studies.ablate_findings import (
 )
 from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study
 from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_settings_pair
+from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.frame.run import RunCase, clamp_to_span
 from conrod.studies.frame.timing import machine_fingerprint
 
@@ -88,12 +89,14 @@ def ablate_engine(
     minimal = models.minimal_settings(scene, steps or default_steps(scene))
     ingredients = models.ingredients(scene, minimal)
     variants = single_variants(minimal, ingredients)
+    guard = ReferenceGuard()
     runs = yield [cases.run(one.settings) for one in variants]
     # Which ingredients a full model is to have is known when each has been seen alone.
     alone = _judged(ingredients, cases.results(variants, runs, {}))
     effects = {one.name: one.evidence[0].effect for one in alone}
     variants += full_variants(minimal, [one for one in ingredients if effects[one.name] is Effect.NONE])
     runs = yield [cases.run(one.settings) for one in variants]
+    guard.check([cases.run(one.settings) for one in variants], runs)
     # After all runs: what runs beside a timing is in it.
     costs = yield cases.costs(variants, runs)
     found = cases.results(variants, runs, costs)
@@ -105,6 +108,7 @@ def ablate_engine(
         machine=machine_fingerprint(),
         ingredients=_judged(ingredients, found),
         variants=tuple(found.values()),
+        distrust=guard.distrust,
     )
 
 

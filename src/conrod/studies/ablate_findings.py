@@ -120,6 +120,7 @@ class EngineAblation:
         machine: that the costs were taken on.
         ingredients: in the engine's own order.
         variants: the minimal model first.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
     engine: str
@@ -129,6 +130,7 @@ class EngineAblation:
     machine: str
     ingredients: tuple[IngredientResult, ...]
     variants: tuple[VariantResult, ...]
+    distrust: str = ""
 
     def variant(self, role: Role, ingredient: str = "") -> VariantResult | None:
         """The variant of a role; None where there is none."""
@@ -152,6 +154,11 @@ class AblationStudy:
     engines: tuple[EngineAblation, ...]
     unsupported: Mapping[str, str]
     lengths: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def distrust(self) -> str:
+        """Engines whose figures cannot be trusted, and why, in words; empty if there are none."""
+        return "; ".join(found.distrust for found in self.engines if found.distrust)
 
 
 # A difference of this share of the travel (and of omega L, omega^2 L) is none: what rounding grows

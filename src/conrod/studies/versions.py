@@ -17,6 +17,7 @@ from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Measurement
+from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.releases import VersionCase
 
 # A change of a normalised position up to this is of last digits; so is one of a velocity or an acceleration that such
@@ -74,6 +75,7 @@ class VersionStudy:
         source: where the engine's own changelog is.
         measured: versions that could be had, the oldest first.
         unsupported: why others could not.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
     engine: str
@@ -81,6 +83,7 @@ class VersionStudy:
     measured: tuple[str, ...]
     unsupported: Mapping[str, str]
     histories: tuple[History, ...]
+    distrust: str = ""
 
     def changes_at(self, version: str) -> tuple[tuple[History, Change], ...]:
         """Changes that a release brought."""
@@ -127,10 +130,12 @@ def versions_study(
         dict[str, Runs](),
         dict[str, str](),
     )
+    guard = ReferenceGuard()
     for version in versions:
         try:
             asked = [replace(case, version=version) for case in cases.values()]
             runs[version] = perform(releases.requirement(version), asked)
+            guard.check(asked, runs[version])
         except InvalidInput as error:
             unsupported[version] = str(error)
             if len(unsupported) == len(versions):
@@ -144,7 +149,7 @@ def versions_study(
         )
         for (scene, settings), case in cases.items()
     )
-    return VersionStudy(engine.name, releases.source, tuple(runs), unsupported, histories)
+    return VersionStudy(engine.name, releases.source, tuple(runs), unsupported, histories, guard.distrust)
 
 
 def _changes(case: VersionCase, runs: Mapping[str, Runs], named: Callable[..., tuple[str, ...]]) -> Iterable[Change]:

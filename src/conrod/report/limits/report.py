@@ -17,6 +17,7 @@ from conrod.report.kind import Index, Kind
 from conrod.report.limits import tables
 from conrod.report.limits.charts import axis_label, axis_places, error_chart
 from conrod.report.limits.map_figure import map_figure
+from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.limits import records
@@ -114,13 +115,17 @@ def merge_studies(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
     changed = {name for name, version in new.engines.items() if earlier.engines.get(name, version) != version}
     engines = {**earlier.engines, **new.engines}
     parts: dict[str, Any] = {}
+    doubts = [new.distrust]
     for name in PARTS:
-        kept = [part for part in getattr(earlier, name) if part.engine not in changed]
+        replacing = _by_topic(getattr(new, name))
+        kept = _by_topic([part for part in getattr(earlier, name) if part.engine not in changed])
         # A new part takes the place of the earlier one on its topic.
-        parts[name] = tuple(chain.from_iterable((_by_topic(kept) | _by_topic(getattr(new, name))).values()))
+        parts[name] = tuple(chain.from_iterable((kept | replacing).values()))
+        doubts += [earlier.distrust] if kept.keys() - replacing.keys() else []
     order = list(AXES), list(engines)
     walks = sorted(parts["walks"], key=lambda walk: (order[0].index(walk.axis), order[1].index(walk.engine)))
-    return replace(new, **{**parts, "engines": engines, "walks": tuple(walks)})
+    distrust = "; ".join(dict.fromkeys(filter(None, doubts)))
+    return replace(new, **{**parts, "engines": engines, "walks": tuple(walks)}, distrust=distrust)
 
 
 def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
@@ -132,6 +137,7 @@ def _by_topic(parts: Sequence[Any]) -> dict[tuple[Any, ...], list[Any]]:
 
 def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
     """Yield how far each engine and preset can be relied on, and how it fails beyond."""
+    yield from distrust_lines(studies)
     for study in studies:
         title = f"{study.name}: holds up to (undetected: finite numbers, no warning, wrong motion)"
         yield tables.limits_table(study.walks, title)
@@ -145,7 +151,7 @@ KIND = Kind(
     title=lambda study: study.title,
     summary=_summary,
     printed=results_to_print,
-    verdict=lambda study: f"{study.name}: {tables.undetected_words(study.walks)}",
+    verdict=lambda study: f"{study.name}: {distrust_words(study) or tables.undetected_words(study.walks)}",
     merge=merge_studies,
     digits=4,
     digits_of=DIGITS,

@@ -36,6 +36,8 @@ class Measurement:
         drive: speed and acceleration.
         prediction: quantity -> largest error predicted from the joints alone, and its largest difference from the
             measured one.
+        misfit: quantity -> difference of predicted and measured error, what is allowed, and the crank angle [rad], of
+            quantities out of what is allowed alone; None where there is none, see `ReferenceGuard`.
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
         extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.records`.
@@ -49,6 +51,7 @@ class Measurement:
     phase: Sizes | None = None
     drive: Sizes | None = None
     prediction: Mapping[str, Sizes] | None = None
+    misfit: Mapping[str, Sizes] | None = None
     signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
     extremes: Mapping[str, Any] | None = None
     payload: Mapping[str, Any] | None = None
@@ -64,6 +67,11 @@ class Measurement:
         if self.signed is None:
             raise ValueError(f"a run that ended as {self.outcome!r} has no errors")
         return np.asarray(self.signed[point][quantity], dtype=float)
+
+
+def contradictions(misfit: Mapping[str, Sizes]) -> dict[str, Sizes]:
+    """Return the quantities whose measured errors the constraint violations do not explain."""
+    return {name: found for name, found in misfit.items() if not found["difference"] <= found["allowed"]}
 
 
 # Raised when the measurement of the same run would come out otherwise, or mean something else, than before.

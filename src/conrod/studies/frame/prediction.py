@@ -20,7 +20,6 @@ from conrod.exact.motion import Array
 from conrod.runs.comparison import Stretch
 from conrod.runs.outcome import CHANGE_POINT_DISTANCE
 from conrod.runs.trajectory import ArrayMapper, BodyStates, BodyTracks, Instants, PointTracks
-from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES
 
 # Some 450 last digits, as the golden results are held to: closed forms, solver and elimination round differently.
@@ -38,7 +37,7 @@ CHECKED_ANGLES, ANGLE_OFFSET = (
 # Engines may compute in single precision, and a point's motion by another way than a body's: some 30 last digits.
 SINGLE_PRECISION, POINTS_PREFIX = 2e-6, "points'"
 Rows = NDArray[np.intp] | slice
-Misfit = dict[str, float]  # difference, what is allowed, and the crank angle [rad] where the two fit least
+Misfit = Mapping[str, float]  # difference, what is allowed, and the crank angle [rad] where the two fit least
 
 
 @dataclass(frozen=True)
@@ -116,7 +115,7 @@ class Prediction:
             prediction.
     """
 
-    def __init__(self, scene: Scene, stride: int = 1) -> None:
+    def __init__(self, scene: ExactReference, stride: int = 1) -> None:
         self._scene, self._stride = scene, stride
         self.sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
         self.misfit: dict[str, Misfit] = {}

@@ -13,7 +13,7 @@ from conrod.engines.engine import run_extent
 from conrod.runs.plain_values import plain_values, restore
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.case import MEASURES, RESULT_VERSION, Case, Measurement, Study
+from conrod.studies.frame.case import MEASURES, RESULT_VERSION, Case, Measurement, Study, contradictions
 from conrod.studies.frame.prediction import POINTS_PREFIX
 from conrod.studies.frame.run import MIN_PASS_STEPS
 
@@ -110,11 +110,6 @@ class SceneResults(Generic[Found]):
     def passed(self) -> bool:
         """True if no judged result failed."""
         return all(result.passed is not False for result in self.results)
-
-
-def contradictions(misfit: Mapping[str, Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
-    """Return the quantities whose measured errors the constraint violations do not explain."""
-    return {name: found for name, found in misfit.items() if not found["difference"] <= found["allowed"]}
 
 
 def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:

@@ -15,7 +15,7 @@ from conrod.engines.run import check_run, run_with_recorders
 from conrod.runs.comparison import ExactMotions, Stretch
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import ArrayMapper, Outcome, Settings, Track, Trajectory
-from conrod.studies.frame.case import QUANTITIES, RESULT_VERSION, Case, Measurement
+from conrod.studies.frame.case import QUANTITIES, RESULT_VERSION, Case, Measurement, contradictions
 from conrod.studies.frame.prediction import Prediction
 
 REVOLUTIONS = 2.0
@@ -127,7 +127,11 @@ def measure(case: RunCase, on_piece: Callable[[Trajectory], None] = lambda _: No
     if ended.outcome is not Outcome.COMPLETED:
         return Measurement(ended.outcome.slug, ended.reason)
     return Measurement(
-        outcome=ended.outcome.slug, **errors.as_dict(), prediction=prediction.sizes, signed=signed.errors()
+        outcome=ended.outcome.slug,
+        **errors.as_dict(),
+        prediction=prediction.sizes,
+        misfit=contradictions(prediction.misfit) or None,
+        signed=signed.errors(),
     )
 
 

@@ -12,6 +12,7 @@ from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study, pursue
+from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, spaced
 from conrod.studies.limits.case import LimitCase, Setup
@@ -120,14 +121,14 @@ class LimitPlan:
     unfit: Mapping[str, str]
     searches: tuple[Search, ...]
 
-    def study(self, found: Iterable[Any]) -> LimitStudy:
-        """Return the study, from the findings of the searches."""
+    def study(self, found: Iterable[Any], distrust: str = "") -> LimitStudy:
+        """Return the study, from the findings of the searches and what the guard says of their runs."""
         every = [*found, *self.empty.walks]
         every.sort(key=lambda part: list(AXES).index(part.axis) if isinstance(part, Walk) else 0)
         parts: dict[str, Any] = {
             name: tuple(part for part in every if isinstance(part, kind)) for name, kind in PARTS.items()
         }
-        return replace(self.empty, **parts)
+        return replace(self.empty, **parts, distrust=distrust)
 
 
 def plan_limits(
@@ -164,8 +165,13 @@ def plan_limits(
 
 def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Results]) -> list[LimitStudy]:
     """Return the studies of all plans, their runs in common batches."""
-    found = iter(pursue([search() for plan in plans for search in plan.searches], run))
-    return [plan.study(list(islice(found, len(plan.searches)))) for plan in plans]
+    guards = [ReferenceGuard() for _ in plans]
+    pairs = zip(guards, plans, strict=True)
+    found = iter(pursue([guard.watch(search()) for guard, plan in pairs for search in plan.searches], run))
+    return [
+        plan.study(list(islice(found, len(plan.searches))), guard.distrust)
+        for guard, plan in zip(guards, plans, strict=True)
+    ]
 
 
 def check_asked(plans: Sequence[LimitPlan]) -> None:

@@ -92,6 +92,7 @@ class LimitStudy:
         engines: name -> version.
         walks: of all axes, presets and engines, refused ones with their reason.
         lengths: L of each observed point [m]; empty in reports of an earlier conrod.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
     name: str
@@ -104,6 +105,7 @@ class LimitStudy:
     determinism: tuple[Determinism, ...]
     floats: tuple[FollowerFloat, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
+    distrust: str = ""
 
 
 # Of a study, and what each is made of.

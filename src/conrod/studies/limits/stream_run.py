@@ -15,8 +15,14 @@ from conrod.runs.outcome import RunVerdict, joint_gaps
 from conrod.runs.plain_values import plain_values
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import MIN_PASS_STEPS, clamp_to_span, unsupported_measurement
+from conrod.studies.frame.case import Measurement, contradictions
+from conrod.studies.frame.prediction import Prediction
+from conrod.studies.frame.run import (
+    MIN_PASS_STEPS,
+    PREDICTED_SAMPLES_PER_TURN,
+    clamp_to_span,
+    unsupported_measurement,
+)
 from conrod.studies.limits.recorders import HELD, ExactTorque, Fingerprint, Flights, recorded
 from conrod.studies.limits.records import Extremes
 
@@ -86,6 +92,7 @@ class RunStatistics:
         self._warnings: dict[str, int] = {}
         self._fingerprint = Fingerprint()
         self._errors, self._steps = RunErrors(), round(steps * case.revolutions)
+        self._prediction = Prediction(machine, max(1, steps // PREDICTED_SAMPLES_PER_TURN))
         self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
         # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
         # Settings that have no such fields are of an engine that is given every link, with its weight.
@@ -120,6 +127,7 @@ class RunStatistics:
         left = self._steps + 1 - piece.first_step - len(piece.clock)
         run = Stretch(piece.trajectory, self._machine, left)
         self._errors.add(run)
+        self._prediction.add(run)
         if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
             # At the very first sample an iterative solver has nothing to start from.
             rows = slice(int(piece.first_step == 0), None)
@@ -139,5 +147,9 @@ class RunStatistics:
             flights=tuple(flight for one in self._flights.values() if (flight := one.longest()) is not None),
             fingerprint=self._fingerprint.text(),
         )
-        found = self._errors.as_dict() if verdict.outcome is Outcome.COMPLETED else {"reason": verdict.reason}
-        return Measurement(verdict.outcome.slug, extremes=plain_values(extremes), **found)
+        if verdict.outcome is not Outcome.COMPLETED:
+            return Measurement(verdict.outcome.slug, verdict.reason, extremes=plain_values(extremes))
+        misfit = contradictions(self._prediction.misfit) or None
+        return Measurement(
+            verdict.outcome.slug, **self._errors.as_dict(), misfit=misfit, extremes=plain_values(extremes)
+        )

@@ -92,6 +92,7 @@ class SweepStudy:
         unsupported: engine -> why it cannot be swept.
         machine: that the costs were taken on.
         lengths: L of each observed point [m]; empty in reports of an earlier conrod.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
     name: str
@@ -105,6 +106,7 @@ class SweepStudy:
     rules: tuple[SweptRule, ...]
     points: tuple[SweptPoint, ...]
     lengths: Mapping[str, float] = field(default_factory=dict)
+    distrust: str = ""
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
         """Points that no other one beats in both cost and error, cheapest first."""

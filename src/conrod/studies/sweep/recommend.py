@@ -13,6 +13,7 @@ from conrod.mechanism.units import check_number
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
+from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import Swept, guesses
@@ -55,6 +56,7 @@ class Recommendation:
         pasted: the settings of the paste.
         paste: the setting as lines for a model or a program; the reason where the engine gives none.
         how: where the search began, and what else there is to try.
+        distrust: see `ReferenceGuard`, of all runs that were made.
     """
 
     choice: Choice
@@ -65,6 +67,7 @@ class Recommendation:
     pasted: Settings
     paste: str
     how: str
+    distrust: str = ""
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,7 @@ class Refusal:
         rejected: settings that only confirming runs do not allow.
         how: as of a recommendation.
         why: in words where nothing completed, or could be timed.
+        distrust: as of a recommendation; see `ReferenceGuard`, of all runs that were made.
     """
 
     engine: str
@@ -83,6 +87,7 @@ class Refusal:
     rejected: tuple[Rejected, ...]
     how: str
     why: str = ""
+    distrust: str = ""
 
 
 Answer = Recommendation | Refusal
@@ -115,7 +120,14 @@ def recommend_for(plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapp
     """
     engines = dict.fromkeys(rule.engine.name for rule in plan.rules)
     of_engines = [[rule for rule in plan.rules if rule.engine.name == name] for name in engines]
-    return [_searched(rules, plan.scene, allowed, time, prior) for rules in of_engines]
+    return [_guarded(_searched(rules, plan.scene, allowed, time, prior)) for rules in of_engines]
+
+
+def _guarded(search: Study[Answer]) -> Study[Answer]:
+    """Pursue the search of an engine, and have all its runs checked against the joints' equations."""
+    guard = ReferenceGuard()
+    answer = yield from guard.watch(search)
+    return replace(answer, distrust=guard.distrust)
 
 
 def _searched(

@@ -23,6 +23,7 @@ from conrod.runs.convergence import ObservedOrder, observed_order
 from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Results, Study
+from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, machine_fingerprint
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, shared_lines
@@ -96,7 +97,8 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
     Args:
         time: takes costs, after all runs: what runs beside a timing is in it.
     """
-    runs = yield plan.cases
+    runs, guard = (yield plan.cases), ReferenceGuard()
+    guard.check(plan.cases, runs)
     # Those of few steps first. What a step of a failed run costs is of no use.
     timed = [case for case in plan.cases if runs[case.key].outcome == COMPLETED]
     timings = time(sorted(timed, key=lambda case: case.settings.steps_per_revolution))
@@ -125,6 +127,7 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
         ),
         points=tuple(_points(plan, runs, timings, medians)),
         lengths=dict(plan.scene.lengths),
+        distrust=guard.distrust,
     )
 
 

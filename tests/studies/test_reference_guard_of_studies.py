@@ -1,0 +1,203 @@
+"""Every study that compares runs with the exact motion fails where that motion contradicts the joints' equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import conrod
+
+from conrod.api.sweep import findings_of
+from conrod.engines import engine_named
+from conrod.engines.variants import PRESETS_GRID
+from conrod.report.ablate import KIND as ABLATE
+from conrod.report.findings import Findings
+from conrod.report.limits.report import KIND as LIMITS
+from conrod.report.limits.report import merge_studies
+from conrod.report.sweep import KIND as SWEEP
+from conrod.report.versions import KIND as VERSIONS
+from conrod.scenes.saw import Saw
+from conrod.scenes.scene import Scene
+from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
+from conrod.studies.frame import reference_guard
+from conrod.studies.frame.case import Case, Measurement, pursue
+from conrod.studies.frame.reference_guard import ReferenceGuard
+from conrod.studies.frame.run import RunCase
+from conrod.studies.frame.timing import Timing
+from conrod.studies.limits.case import LimitCase, Setup
+from conrod.studies.limits.plan import plan_limits, pursue_plans
+from conrod.studies.sweep.recommend import recommend_for
+from conrod.studies.sweep.study import RulePlan, SweepPlan, plan_sweep, sweep_scene
+from conrod.studies.versions import plan_cases, versions_study
+
+MUJOCO, NAME = engine_named("mujoco"), "machine"
+ACCUSATION = "CANNOT BE TRUSTED: machine in MuJoCo"
+REASON = "the exact motion contradicts the joints' equations"
+
+
+class WrongSaw(Saw):
+    """A saw whose closed form gives positions that are too large by a millionth."""
+
+    def _angle_derivatives(self, angle: Any, side: Any) -> Any:
+        found = super()._angle_derivatives(angle, side)
+        return {
+            name: tuple([np.asarray(axis[0]) * (1.0 + 1e-6), *axis[1:]] for axis in axes)
+            for name, axes in found.items()
+        }
+
+
+def performed(cases: Sequence[Case]) -> dict[str, Measurement]:
+    """Make all runs in this process; timings of pairs are not made."""
+    return {case.key: Measurement("timed-out") if isinstance(case, CostCase) else case.perform() for case in cases}
+
+
+def pretended_times(cases: Sequence[RunCase]) -> dict[str, Timing]:
+    return {case.key: Timing(1e-3, 1e-6, 1000.0, 1, 1, "m") for case in cases}
+
+
+def small_plan(scene: Scene) -> SweepPlan:
+    """The preset `tuned` alone, at two numbers of steps."""
+    plan = plan_sweep(NAME, scene, [MUJOCO], PRESETS_GRID)
+    (rule,) = [one for one in plan.rules if one.rule.name == "tuned"]
+    cases = tuple(RunCase(NAME, scene, rule.rule.settings(scene, n)) for n in (100, 200))
+    return replace(plan, rules=(RulePlan(MUJOCO, rule.rule, cases),))
+
+
+def swept(scene: Scene) -> Findings[Any]:
+    (study,) = pursue([sweep_scene(small_plan(scene), pretended_times)], performed)
+    return Findings(SWEEP, {NAME: study})
+
+
+def recommended(scene: Scene) -> Findings[Any]:
+    allowed = {"position": 1e-2}
+    answers = pursue(recommend_for(small_plan(scene), allowed, pretended_times, {}), performed)
+    return findings_of((NAME, scene), allowed, answers)
+
+
+def limited(scene: Scene) -> Findings[Any]:
+    (study,) = pursue_plans([plan_limits(NAME, scene, [MUJOCO], "tuned", ["rounding"], None)], performed)
+    return Findings(LIMITS, {NAME: study})
+
+
+def ablated(scene: Scene) -> Findings[Any]:
+    (found,) = pursue([ablate_engine(NAME, scene, MUJOCO, 50, 2)], performed)
+    return Findings(ABLATE, {NAME: ablation_study(NAME, scene, [found], {})})
+
+
+def of_releases(scene: Scene) -> Findings[Any]:
+    (label, case), *_ = plan_cases({NAME: scene}, MUJOCO).items()
+    study = versions_study(MUJOCO, [MUJOCO.version], {label: case}, lambda _, cases: performed(cases))
+    return Findings(VERSIONS, {"mujoco": study})
+
+
+STUDIES = [swept, recommended, limited, ablated, of_releases]
+every_study = pytest.mark.parametrize("study", STUDIES)
+
+
+@pytest.fixture
+def runs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The exact motion is not compared with its own equations: a run has to show the contradiction."""
+    monkeypatch.setattr(reference_guard, "reference_misfit", lambda _: {})
+
+
+@every_study
+def test_healthy_study_is_trusted(study: Callable[[Scene], Findings[Any]]) -> None:
+    found = study(Saw())
+    assert found.passed is (True if study is recommended else None)
+    assert "TRUSTED" not in f"{found.text} {found.verdict}"
+    assert all(one.distrust == "" for one in found.values())
+
+
+@every_study
+@pytest.mark.usefixtures("runs_alone")
+def test_study_with_a_wrong_closed_form_fails(study: Callable[[Scene], Findings[Any]]) -> None:
+    found = study(WrongSaw())
+    assert found.passed is False
+    assert found.text.strip().startswith(f"{ACCUSATION} {MUJOCO.version}: {REASON}: position by ")
+    assert ACCUSATION in found.verdict.splitlines()[0]
+    assert REASON in found.json
+
+
+@every_study
+def test_study_fails_whose_kept_runs_show_nothing(
+    study: Callable[[Scene], Findings[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs from a ledger of before have no misfit: the exact motion's own contradiction is still seen."""
+    planted = {"velocity": {"difference": 1e-6, "allowed": 1e-12, "angle": 0.0}}
+    monkeypatch.setattr(reference_guard, "reference_misfit", lambda _: planted)
+    found = study(Saw())
+    assert found.passed is False
+    assert found.text.strip().startswith(f"{ACCUSATION} {MUJOCO.version}: {REASON}: velocity by 1e-06")
+
+
+@pytest.mark.usefixtures("runs_alone")
+def test_guard_names_each_scene_and_engine_once() -> None:
+    guard, misfit = ReferenceGuard(), {"position": {"difference": 1e-6, "allowed": 1e-12, "angle": 0.0}}
+    settings = [engine_named(name).presets["tuned"](Saw(), 100) for name in ("mujoco", "pymunk", "mujoco")]
+    cases = [RunCase(name, Saw(), one) for name in ("a", "b") for one in settings]
+    errors: Mapping[str, Any] = {"C": {"position": {"max": 1e-6}}}
+    guard.check(cases, {case.key: Measurement("completed", errors=errors) for case in cases})
+    assert guard.distrust == ""
+    guard.check(cases[:3], {case.key: Measurement("completed", errors=errors, misfit=misfit) for case in cases})
+    pymunk = engine_named("pymunk").version
+    assert guard.distrust.startswith(f"a in MuJoCo {MUJOCO.version} and pymunk {pymunk}: {REASON}")
+    assert guard.distrust.count("MuJoCo") == 1
+    guard.check(cases, {case.key: Measurement("completed", errors=errors, misfit=misfit) for case in cases})
+    assert "; b in MuJoCo" in guard.distrust
+
+
+def test_run_that_did_not_complete_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference_guard, "reference_misfit", lambda _: pytest.fail("there is no figure to trust"))
+    guard, case = ReferenceGuard(), RunCase(NAME, Saw(), MUJOCO.presets["tuned"](Saw(), 100))
+    guard.check([case], {case.key: Measurement("exploded", "planted")})
+    assert guard.distrust == ""
+
+
+def test_limit_run_keeps_a_misfit_only_of_a_contradiction() -> None:
+    def measured(scene: Scene) -> Measurement:
+        setup = Setup(NAME, scene, "mujoco", "tuned", 100)
+        return LimitCase(NAME, scene, setup.settings()).perform()
+
+    assert measured(Saw()).misfit is None
+    assert "position" in (measured(WrongSaw()).misfit or {})
+
+
+def test_merged_limits_keep_the_distrust_of_parts_that_stay() -> None:
+    (doubted,) = limited(WrongSaw()).values()
+    (healthy,) = limited(Saw()).values()
+    assert merge_studies(doubted, healthy).distrust == ""
+    assert merge_studies(doubted, replace(healthy, walks=())).distrust == doubted.distrust
+
+
+# -- the command line --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("verb", ["sweep", "limits", "ablate", "versions", "recommend"])
+@pytest.mark.parametrize("healthy", [True, False])
+def test_verb_exits_with_1_without_trust(verb: str, healthy: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = {"sweep": swept, "limits": limited, "ablate": ablated, "versions": of_releases, "recommend": recommended}
+    found = made[verb](Saw() if healthy else WrongSaw())
+    arguments = [verb, *(["mujoco"] if verb == "versions" else []), "saw-500rpm"]
+    if verb == "recommend":
+        arguments += ["--position", "1e-2"]
+        monkeypatch.setattr("conrod.api.sweep.cheapest_settings", lambda *_, **__: [])
+        monkeypatch.setattr("conrod.api.sweep.findings_of", lambda *_, **__: found)
+    else:
+        monkeypatch.setattr(f"conrod.api.{verb}.{verb}", lambda *_, **__: found)
+    ended = conrod(*arguments)
+    assert ended.returncode == (0 if healthy else 1), ended
+    assert ended.stdout.startswith(ACCUSATION) is not healthy
+
+
+def test_recommend_writes_no_model_without_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for scene, written in ((Saw(), True), (WrongSaw(), False)):
+        answers = pursue(recommend_for(small_plan(scene), {"position": 1e-2}, pretended_times, {}), performed)
+        monkeypatch.setattr("conrod.api.sweep.cheapest_settings", lambda *_, found=answers, **__: found)
+        model = tmp_path / f"{written}.xml"
+        ended = conrod("recommend", "saw-500rpm", "--position", "1e-2", "--model", str(model))
+        assert (ended.returncode == 0, model.exists()) == (written, written)
+    assert "no model is written: its figures cannot be trusted" in ended.stderr
