@@ -253,7 +253,7 @@ def main() -> None:
     parser.add_argument("--out", metavar="DIR", help="write page, figure and sizes")
     asked = parser.parse_args()
     scenes = {name: SCENES.get(name) or scene_named(name) for name in asked.scenes or [*SCENES, *catalogue_names()]}
-    with Runner.of(Runs(ledger=asked.ledger, jobs=asked.jobs)) as runner:
+    with Runner.open(Runs(ledger=asked.ledger, jobs=asked.jobs)) as runner:
         (machines,) = runner.pursue([detection(scenes, asked.healthy)])
     text = page(machines)
     print(text)

@@ -63,13 +63,13 @@ class Known(Exception):
 class _Stopwatch(Watcher):
     """A watcher that ends a resume when it has started."""
 
-    def started(self, total: int, already_finished: int) -> None:
+    def on_start(self, total: int, already_finished: int) -> None:
         raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
 
-    def unreadable(self, count: int) -> None:
+    def on_unreadable(self, count: int) -> None:
         raise AssertionError(f"{count} runs were damaged")
 
-    def advanced(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case, how: str) -> None:
         raise AssertionError("a finished run was run again")
 
 

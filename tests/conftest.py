@@ -22,8 +22,8 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Users' files are looked at in this process: to begin another takes longer than the look."""
-    # What `confined` calls, for modules that are imported meanwhile keep `confined` itself.
-    monkeypatch.setattr("conrod.studies.execution.local.isolated", lambda task, *given, **_: task(*given))
+    # What `call_on_file` calls, for modules that are imported meanwhile keep `call_on_file` itself.
+    monkeypatch.setattr("conrod.studies.execution.local.call_isolated", lambda task, *given, **_: task(*given))
 
 
 if "MUTANT_UNDER_TEST" in os.environ:  # `make mutants` sees which tests reach a function in this process alone

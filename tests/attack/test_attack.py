@@ -138,7 +138,7 @@ def test_models(arena: Path, report: Callable[[str], None]) -> None:
     before, spent = len(record.ends), 0.0
     left = [k for k in range(MODELS) if k not in record.ends]
     try:
-        with LocalProcesses(2, cell_timeout=PATIENCE, cell_memory=MEMORY) as executor:
+        with LocalProcesses(2, timeout=PATIENCE, memory=MEMORY) as executor:
             while left and spent < BUDGET:
                 some, left = left[:AT_A_TIME], left[AT_A_TIME:]
                 tries = [executor.submit(models.tried, *cases[k]) for k in some]
@@ -259,7 +259,7 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 def test_faults_in_cells(arena: Path, report: Callable[[str], None]) -> None:
-    limits: Any = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
+    limits: Any = {"timeout": tasks.TIMEOUT, "memory": tasks.MEMORY}
     with Ledger.open(arena / "l.sqlite") as ledger, LocalProcesses(2, **limits) as executor:
         tasks.check_that_faults_cost_their_own_cells(80, ledger, executor)
     report("24 faults in 80 cells, each the outcome of its own cell")

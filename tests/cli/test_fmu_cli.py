@@ -126,7 +126,7 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
     folder, path = str(tmp_path / "unpacked"), saw(tmp_path, library, fault)
     place, limit = read_fmu(path, folder).variables[:1], 0.5 if fault == "hang" else 60.0
     with pytest.raises(InvalidInput) as caught:
-        local.confined(simulate, path, folder, "co-simulation", (0.0, 0.24, 200), place, timeout=limit)
+        local.call_on_file(simulate, path, folder, "co-simulation", (0.0, 0.24, 200), place, timeout=limit)
     assert words in str(caught.value)
 
 

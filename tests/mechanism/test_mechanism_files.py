@@ -16,7 +16,7 @@ from described import CATALOGUE, FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuff
 from conrod.errors import InvalidInput
 from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
 from conrod.scenes.described_scene import read_scene, scene_from_tables
-from conrod.studies.execution.local import isolated
+from conrod.studies.execution.local import call_isolated
 
 
 def refusal(given: dict[str, Any]) -> str:
@@ -169,14 +169,14 @@ def test_mutated_files_are_refused_in_one_line_or_move() -> None:
 
 
 def test_mutated_files_that_move_do_not_crash_an_engine() -> None:
-    answer = isolated(mutants.tried, SHIPPED[-1], range(5), True, timeout=300.0)
+    answer = call_isolated(mutants.tried, SHIPPED[-1], range(5), True, timeout=300.0)
     assert isinstance(answer, Counter), answer
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_many_mutated_files_are_refused_or_move(path: Path) -> None:
-    answer = isolated(mutants.tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
+    answer = call_isolated(mutants.tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
     assert isinstance(answer, Counter), answer
 
 

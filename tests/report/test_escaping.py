@@ -33,7 +33,7 @@ from conrod.report.verification.page import (
     sealed_page,
     valid_seal,
 )
-from conrod.studies.execution.local import isolated
+from conrod.studies.execution.local import call_isolated
 
 TITLE = "\x1b]0;owned\x07\x9b2J <script>alert(1)</script> <img src=x onerror=a()> [a](javascript:a()) \u202egnp"
 ESCAPES = {"\x1b", "\x07", "\x9b", "\u202e"}
@@ -184,7 +184,7 @@ def test_a_verification_report_keeps_its_data_and_commands_nothing(text: str) ->
 
 
 def test_what_an_engine_prints_commands_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
-    assert isolated(print_hostile) is None
+    assert call_isolated(print_hostile) is None
     shown = capfd.readouterr().err
     assert shown.count("gnp") == 2
     assert MUST_NOT.isdisjoint(shown)

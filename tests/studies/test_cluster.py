@@ -38,7 +38,7 @@ def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(cluster: An
     killer = After(10, lambda: os.kill(killed, signal.SIGKILL))
     with (
         Ledger.open(tmp_path / "cluster") as ledger,
-        DaskCluster(cluster.scheduler_address, cell_timeout=60.0) as executor,
+        DaskCluster(cluster.scheduler_address, timeout=60.0) as executor,
     ):
         table = run_cases(cells, ledger, executor, watcher=killer)
         rows = list(ledger.rows())
@@ -52,7 +52,7 @@ def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(cluster: An
 
 @pytest.mark.slow
 def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Any, ledger: Ledger) -> None:
-    limits: Any = {"cell_timeout": tasks.TIMEOUT, "cell_memory": tasks.MEMORY}
+    limits: Any = {"timeout": tasks.TIMEOUT, "memory": tasks.MEMORY}
     with DaskCluster(cluster.scheduler_address, **limits) as executor:
         tasks.check_that_faults_cost_their_own_cells(20, ledger, executor)
 
@@ -87,8 +87,8 @@ def test_a_worker_with_another_engine_version_runs_nothing(
     def older(arguments: tuple[object, ...]) -> list[dict[str, object]]:
         return [{**told, "engine_version": "6.0"} for told in here(arguments)]
 
-    here = dask_cluster.identities
-    monkeypatch.setattr(dask_cluster, "identities", older)
+    here = dask_cluster.case_identities
+    monkeypatch.setattr(dask_cluster, "case_identities", older)
     with (
         DaskCluster(cluster.scheduler_address) as executor,
         pytest.raises(InvalidInput, match=r"engine_version '7.* there and '6\.0' here; install the same versions"),

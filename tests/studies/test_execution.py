@@ -20,9 +20,9 @@ from cell_tasks import AGAIN, After, Here
 
 from conrod import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.dispatch import POLL, run_cases
-from conrod.studies.execution.local import Ended, LocalProcesses, confined, isolated
-from conrod.studies.execution.worker_process import Limits, WorkerProcess
+from conrod.studies.execution.dispatch import POLL_INTERVAL, run_cases
+from conrod.studies.execution.local import FailedCall, LocalProcesses, call_isolated, call_on_file
+from conrod.studies.execution.worker_process import CallLimits, WorkerProcess
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
@@ -49,7 +49,7 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
         raise error("no result after 3 s")
 
     def again(timeout: float | None, memory: int | None) -> list[int]:
-        here = Here(Limits(timeout, memory))
+        here = Here(CallLimits(timeout, memory))
         table = run_cases(tasks.assigned(CELLS[:1], stopped), ledger, here)
         assert [m.outcome for m in table.values()] == [outcome]
         return here.ran
@@ -58,7 +58,7 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
     assert again(3.0, 1000) == []
     assert again(2.0, 900) == []
     assert again(4.0, 2000) == [0]
-    done = Here(Limits(5.0, 3000))
+    done = Here(CallLimits(5.0, 3000))
     assert [m.outcome for m in run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done).values()] == ["completed"]
     run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done)
     assert done.ran == [0]
@@ -68,7 +68,7 @@ def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
 
 
 def test_each_fault_costs_its_own_cell_alone(ledger: Ledger) -> None:
-    with LocalProcesses(2, cell_timeout=tasks.TIMEOUT, cell_memory=tasks.MEMORY) as executor:
+    with LocalProcesses(2, timeout=tasks.TIMEOUT, memory=tasks.MEMORY) as executor:
         tasks.check_that_faults_cost_their_own_cells(20, ledger, executor)
 
 
@@ -170,7 +170,7 @@ def test_a_cell_whose_worker_is_killed_from_outside_is_repeated_alone(ledger: Le
     folder = tmp_path / "attempts"
     folder.mkdir()
     cells = tasks.kept_in(folder, tasks.cells(12))
-    with LocalProcesses(3, cell_timeout=60.0) as executor:
+    with LocalProcesses(3, timeout=60.0) as executor:
         table = run_cases(tasks.assigned(cells, tasks.killed_once), ledger, executor)
     assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(12)}
     attempts = [(int(file.name.split("-")[0]), *map(float, file.read_text().split())) for file in folder.iterdir()]
@@ -191,10 +191,10 @@ def wait_once(mark: Path, times: int) -> str:
 
 
 def test_what_is_isolated_is_repeated_once(tmp_path: Path) -> None:
-    assert isolated(wait_once, tmp_path, 1) == "done"
-    assert confined(wait_once, tmp_path, 1) == "done"
+    assert call_isolated(wait_once, tmp_path, 1) == "done"
+    assert call_on_file(wait_once, tmp_path, 1) == "done"
     assert len(list(tmp_path.iterdir())) == 3
-    assert isolated(wait_once, tmp_path, 1000) == Ended(Outcome.CRASHED, AGAIN)
+    assert call_isolated(wait_once, tmp_path, 1000) == FailedCall(Outcome.CRASHED, AGAIN)
     assert len(list(tmp_path.iterdir())) == 5
 
 
@@ -238,7 +238,7 @@ def test_what_a_killed_process_had_claimed_the_other_runs(tmp_path: Path) -> Non
             assert list(islice(other.stdout, COUNT - CLAIMED)) == ["completed\n"] * (COUNT - CLAIMED)
             # The rest is claimed: it waits, and runs none of it.
             with pytest.raises(subprocess.TimeoutExpired):
-                other.wait(5 * POLL)
+                other.wait(5 * POLL_INTERVAL)
             assert starts(tmp_path).total() == COUNT - CLAIMED + 1
             hanging.kill()
             said = other.communicate(timeout=120)[0].splitlines()

@@ -15,7 +15,7 @@ from conrod.engines.engine import step_length
 from conrod.engines.run import run
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
-from conrod.studies.execution.local import isolated
+from conrod.studies.execution.local import call_isolated
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.records import Extremes, is_undetected
 
@@ -55,8 +55,8 @@ class Example:
         if not self.limits:
             return case.perform()
         if "memory" in self.limits:
-            return isolated(run, case.scene, case.settings, case.revolutions, **self.limits)
-        return isolated(case.perform, **self.limits)
+            return call_isolated(run, case.scene, case.settings, case.revolutions, **self.limits)
+        return call_isolated(case.perform, **self.limits)
 
 
 FAST_SAW = SCENES["saw-500rpm"]

@@ -18,7 +18,7 @@ from table_files import csv_text, exact_table
 
 from conrod import InvalidInput, PymunkSettings, Saw, run
 from conrod.scenes import SCENES
-from conrod.studies.execution.local import LocalProcesses, isolated
+from conrod.studies.execution.local import LocalProcesses, call_isolated
 from conrod.studies.execution.worker_process import WorkerDied
 from conrod.studies.frame.case import Measurement
 
@@ -32,16 +32,16 @@ def mistake() -> None:
 
 def test_mistakes_are_raised_with_their_traceback() -> None:
     with pytest.raises(ZeroDivisionError, match="a mistake") as raised:
-        isolated(mistake)
+        call_isolated(mistake)
     assert Path(__file__).name in raised.value.__notes__[0]
     with pytest.raises(InvalidInput, match="timestep"):
-        isolated(run, SAW.with_parameters(speed=1.0), SETTINGS, 1.0)
+        call_isolated(run, SAW.with_parameters(speed=1.0), SETTINGS, 1.0)
 
 
 # With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).
 @pytest.mark.parametrize("megabytes", [3, 16])
 def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(megabytes: int) -> None:
-    with LocalProcesses(1, cell_memory=MEMORY) as executor:
+    with LocalProcesses(1, memory=MEMORY) as executor:
         with pytest.raises(MemoryError, match="3000000000 bytes"):
             executor.submit(planted.engine_with_little, megabytes).result()
         # Negative control.
@@ -52,7 +52,7 @@ def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(m
     ("task", "kind"), [(planted.mistake_with_little, ZeroDivisionError), (planted.wrong_value, ValueError)]
 )
 def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measurement], kind: type[Exception]) -> None:
-    with LocalProcesses(1, cell_memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
+    with LocalProcesses(1, memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
         executor.submit(task, 16).result()
 
 
@@ -62,7 +62,7 @@ def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measu
 @pytest.mark.parametrize("how", ["fork", "exec", "double fork"])
 def test_a_call_that_forks_and_aborts_ended_by_its_signal_and_leaves_nothing(how: str, tmp_path: Path) -> None:
     begun, note = time.monotonic(), tmp_path / "pids"
-    with LocalProcesses(1, cell_timeout=60.0) as executor, pytest.raises(WorkerDied, match="ended by signal SIGABRT"):
+    with LocalProcesses(1, timeout=60.0) as executor, pytest.raises(WorkerDied, match="ended by signal SIGABRT"):
         executor.submit(planted.fork_and_abort, how, str(note)).result()
     assert time.monotonic() - begun < 30.0
     for pid in map(int, note.read_text().split()):

@@ -21,7 +21,7 @@ from command_line import conrod
 
 from conrod import InvalidInput
 from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import Ended, isolated
+from conrod.studies.execution.local import FailedCall, call_isolated
 from conrod.studies.frame import ledger_file
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.ledger import Ledger
@@ -66,7 +66,7 @@ def keep_and_die(path: Path) -> None:
 
 def test_what_was_kept_outlives_a_process_killed_in_the_middle_of_the_next_write(path: Path) -> None:
     # That two write one ledger at once is in test_execution.py.
-    assert isinstance(isolated(keep_and_die, path), Ended)
+    assert isinstance(call_isolated(keep_and_die, path), FailedCall)
     with Ledger.open(path) as ledger:
         assert ledger.finished_keys(KEYS) == set(KEYS[:30])
 

@@ -211,7 +211,7 @@ def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch:
         pytest.skip(f"MuJoCo cannot be installed here: {error}")
     planned = plan_cases({"saw": SAW}, MUJOCO)
     cases = {key: case for key, case in planned.items() if key[1] in ("tuned", "hardened")}
-    with Runner.of(RunOptions(ledger=str(cache / "ledger.sqlite"), jobs=2)) as runner:
+    with Runner.open(RunOptions(ledger=str(cache / "ledger.sqlite"), jobs=2)) as runner:
         study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runner.run_in_release)
         # All is in the ledger now: nothing is installed for it, nothing runs.
         monkeypatch.setenv("XDG_CACHE_HOME", str(cache / "other"))

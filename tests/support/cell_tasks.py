@@ -21,8 +21,8 @@ from conrod import InvalidInput, MuJoCoSettings, PymunkSettings
 from conrod.runs.trajectory import Settings
 from conrod.scenes import SCENES
 from conrod.studies.execution.dispatch import Watcher, run_cases
-from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
-from conrod.studies.execution.worker_process import Limits
+from conrod.studies.execution.local import LocalProcesses, RetryingExecutor
+from conrod.studies.execution.worker_process import CallLimits
 from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.ledger_file import Claims
@@ -85,7 +85,7 @@ def noted(cell: Any) -> Measurement:
 class Told(Watcher):
     """Prints how each cell ended."""
 
-    def advanced(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case, how: str) -> None:
         print(how, flush=True)
 
 
@@ -120,17 +120,17 @@ class After(Watcher):
     def __init__(self, count: int, act: Callable[[], None]) -> None:
         self.count, self.act, self.seen = count, act, list[int]()
 
-    def advanced(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case, how: str) -> None:
         self.seen.append(number(case))
         if len(self.seen) == self.count:
             self.act()
 
 
-class Here(RepeatingExecutor):
+class Here(RetryingExecutor):
     """Runs one after the other in this process, and keeps which cases it ran."""
 
-    def __init__(self, limits: Limits | None = None) -> None:
-        super().__init__(limits or Limits(), 64, 1)
+    def __init__(self, limits: CallLimits | None = None) -> None:
+        super().__init__(limits or CallLimits(), 64, 1)
         self.cases: list[Case] = []
 
     @property
@@ -249,7 +249,7 @@ def misbehave(cell: RunCase) -> Measurement:
     return cell.perform()
 
 
-def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor: RepeatingExecutor) -> None:
+def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor: RetryingExecutor) -> None:
     """Of so many cells each ends as its fault does, or well; the executor has the limits from above."""
     table, ends = run_cases(assigned(cells(count), misbehave), ledger, executor), (None, "completed", "")
     assert {key: (found.outcome, found.reason) for key, found in table.items()} == {

@@ -18,7 +18,7 @@ import pytest
 
 from conrod import SAFE_PATH
 from conrod.cli import main
-from conrod.studies.execution.worker_process import Limits, WorkerProcess
+from conrod.studies.execution.worker_process import CallLimits, WorkerProcess
 
 # What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
 _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
@@ -42,7 +42,7 @@ class Kept(WorkerProcess):
             super().end()
 
 
-_idle: defaultdict[tuple[Limits, tuple[str, ...]], list[Kept]] = defaultdict(list)
+_idle: defaultdict[tuple[CallLimits, tuple[str, ...]], list[Kept]] = defaultdict(list)
 
 
 @atexit.register
@@ -51,7 +51,7 @@ def _end_all() -> None:
         WorkerProcess.kill(worker)
 
 
-def kept_worker(limits: Limits, interpreter: str | None = None) -> WorkerProcess:
+def kept_worker(limits: CallLimits, interpreter: str | None = None) -> WorkerProcess:
     """A worker of these limits that imports from where this process does now; a new one of another interpreter.
 
     A command that runs in another folder has a new one too: its files are named from there.

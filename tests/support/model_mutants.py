@@ -140,5 +140,5 @@ def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
 
 def tried(base: Path, seed: str, verb: str, folder: Path) -> End:
     """The same in the process that calls, where it costs no start of Python."""
-    with patch("conrod.studies.execution.local.confined", _here), patch(*QUICK):
+    with patch("conrod.studies.execution.local.call_on_file", _here), patch(*QUICK):
         return attempt(base, seed, verb, folder)

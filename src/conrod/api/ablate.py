@@ -52,7 +52,7 @@ def ablate(
     check_count("--rounds", rounds, MIN_ROUNDS, MAX_ROUNDS)
     taken = [one for one in able if one.name not in unsupported]
     studies = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in taken]
-    with Runner.of(runs or Runs()) as runner, runner.answering() as run:
+    with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
 
         def run_or_time(cases: Sequence[Case]) -> Mapping[str, Measurement]:
             # Runs of all side by side; timings after them, alone.

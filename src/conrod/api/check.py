@@ -29,7 +29,7 @@ from conrod.report import trajectory, user_model
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
-from conrod.studies.execution.local import confined
+from conrod.studies.execution.local import call_on_file
 from conrod.studies.execution.runner import RUN_TIMEOUT, Runs
 from conrod.studies.frame.resolve_arguments import (
     REVOLUTIONS_RANGE,
@@ -168,7 +168,7 @@ def check_model(
 
             given = question, frame, float(revolutions), allowed, refine
             return [
-                [confined(study_scene_model, path, (name, one), *given) for one in scenes.values()]
+                [call_on_file(study_scene_model, path, (name, one), *given) for one in scenes.values()]
                 for scenes in several
             ]
 
@@ -244,7 +244,7 @@ def check_table(
         def judge(one: Scene) -> TableStudy:
             from conrod.own.tables.reading import read_table
 
-            reading = confined(read_table, path, points, wanted, timeout=READING_TIMEOUT)
+            reading = call_on_file(read_table, path, points, wanted, timeout=READING_TIMEOUT)
             return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
 
         allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)

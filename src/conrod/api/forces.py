@@ -74,7 +74,7 @@ def forces(
     runs = replace(runs, fresh=True) if check else runs
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[Sequence[ForceStudy]]:
-        with Runner.of(runs) as runner:
+        with Runner.open(runs) as runner:
             return runner.pursue([presets_study(ForceCase, one, able, presets, plan) for one in several])
 
     (found,) = find([chosen])

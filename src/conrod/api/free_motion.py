@@ -59,7 +59,7 @@ def free_motion(
         instants(plan, seconds)
     for name, scene in chosen.items():
         plan.mechanism(scene.kinematics.mechanism, name)
-    with Runner.of(runs or Runs()) as runner:
+    with Runner.open(runs or Runs()) as runner:
         (found,) = runner.pursue([motion_study(chosen, able, presets, plan)])
     call = text_of_call(
         "free_motion",

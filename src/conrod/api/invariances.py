@@ -19,7 +19,7 @@ from conrod.own.models.request import Controls, controls_of
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.invariances import KIND
 from conrod.scenes import Scene
-from conrod.studies.execution.local import confined
+from conrod.studies.execution.local import call_on_file
 from conrod.studies.frame.resolve_arguments import OneScene, is_single_scene, scenes_by_name
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def invariances_of_file(
     from conrod.mjcf.invariances.study import states_digest, study_invariances
 
     run = seconds, keyframe, controls
-    words, found = confined(study_invariances, path, *run, confined(states_digest, path, *run))
+    words, found = call_on_file(study_invariances, path, *run, call_on_file(states_digest, path, *run))
     return InvarianceStudy(name, engine_named("mujoco").version, words, found)
 
 

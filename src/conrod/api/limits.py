@@ -54,7 +54,7 @@ def limits(
     items = tuple(dict.fromkeys(axes))
     plans = [plan_limits(name, scene, able, preset, items, ends) for name, scene in chosen.items()]
     check_asked(plans)
-    with Runner.of(runs or Runs()) as runner, runner.answering() as run:
+    with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
         studies = pursue_plans(plans, run)
     call = text_of_call(
         "limits", list(chosen), axes=items, span=span, engines=engine_names_given(engines), preset=preset

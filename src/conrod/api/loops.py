@@ -17,7 +17,7 @@ from conrod.own.models.request import controls_of
 from conrod.report.findings import Findings, text_of_call
 from conrod.report.loops import KIND
 from conrod.scenes.space import MACHINES
-from conrod.studies.execution.local import confined
+from conrod.studies.execution.local import call_on_file
 from conrod.studies.frame.resolve_arguments import check_tolerance
 
 if TYPE_CHECKING:
@@ -108,4 +108,4 @@ def check_model_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy
     """Judge the loops of a model file in another process."""
     from conrod.mjcf.loops.study import study_loops
 
-    return confined(study_loops, path, question, name)
+    return call_on_file(study_loops, path, question, name)

@@ -12,7 +12,7 @@ from conrod.mechanism.units import check_number
 from conrod.mjcf.results import HardenedModel
 from conrod.own.files import check_readable
 from conrod.own.models.request import controls_of
-from conrod.studies.execution.local import confined
+from conrod.studies.execution.local import call_on_file
 
 if TYPE_CHECKING:
     import mujoco
@@ -50,7 +50,7 @@ def lint(
     check_readable(path)
     if seconds is not None:
         check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
-    return confined(lint_file, path, keyframe, seconds, as_names(ignore), fix_for, controls_of(controls or {}))
+    return call_on_file(lint_file, path, keyframe, seconds, as_names(ignore), fix_for, controls_of(controls or {}))
 
 
 @overload
@@ -103,4 +103,4 @@ def harden(
         raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
     with file_of_model(model) as (path, _):
         check_readable(path)
-        return confined(harden_file, path, keyframe, seconds, force, write, controls_of(controls or {}))
+        return call_on_file(harden_file, path, keyframe, seconds, force, write, controls_of(controls or {}))

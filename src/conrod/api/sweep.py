@@ -42,7 +42,7 @@ def sweep(
     chosen, able = scenes_by_name(scenes), choose_engines(engines)
     swept = grid_named(grid)
     plans = [plan_sweep(name, scene, able, swept) for name, scene in chosen.items()]
-    with Runner.of(runs or Runs()) as runner:
+    with Runner.open(runs or Runs()) as runner:
         studies = runner.pursue([sweep_scene(plan, runner.time) for plan in plans])
     call = text_of_call("sweep", list(chosen), grid=grid, engines=engine_names_given(engines))
     return Findings(KIND, {study.name: study for study in studies}, call)
@@ -76,7 +76,7 @@ def cheapest_settings(
     (name, chosen), able = scene_by_name(scene), choose_engines(engines)
     allowed = check_tolerances(tolerance)
     plan = plan_sweep(name, chosen, able, "default")
-    with Runner.of(runs or Runs()) as runner, runner.answering() as run:
+    with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
         return pursue(recommend_for(plan, allowed, runner.time, shipped()), run)
 
 

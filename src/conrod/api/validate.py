@@ -75,7 +75,7 @@ def validate(
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
     def find(several: Sequence[Mapping[str, Scene]], defects: bool) -> list[Sequence[SceneStudy]]:
-        with Runner.of(runs) as runner:
+        with Runner.open(runs) as runner:
             return runner.pursue([_study(one, able, presets, plan, defects) for one in several])
 
     (found,) = find([chosen], qualify)

@@ -37,6 +37,6 @@ def versions(
         None if releases is None else ",".join(as_names(releases))
     )
     cases = plan_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
-    with Runner.of(runs) as runner:
+    with Runner.open(runs) as runner:
         study = versions_study(made, chosen, cases, runner.run_in_release)
     return Findings(KIND, {engine: study}, text_of_call("versions", engine, releases=releases))

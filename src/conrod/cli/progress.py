@@ -41,7 +41,7 @@ class ProgressBar(Progress, Watcher):
             others = [f"{n} {how}" for how, n in sorted(self._ended.items()) if how != self._usual]
             self._say(f"{text}, of which {', '.join(others)}" if others else text)
 
-    def started(self, total: int, already_finished: int) -> None:
+    def on_start(self, total: int, already_finished: int) -> None:
         (task,), new = self.tasks, total - already_finished
         if self.disable:
             more = "more " if task.started else ""
@@ -49,10 +49,10 @@ class ProgressBar(Progress, Watcher):
         self.start_task(task.id)
         self.update(task.id, total=(task.total or 0) + new)
 
-    def unreadable(self, count: int) -> None:
+    def on_unreadable(self, count: int) -> None:
         self._say(f"{self.tasks[0].description}: {count} in the ledger cannot be read and count as not run; made again")
 
-    def advanced(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case, how: str) -> None:
         self._ended[how] += 1
         self.advance(self.tasks[0].id)
 

@@ -39,7 +39,7 @@ from conrod.report.verification.page import (
 from conrod.report.verification.sections import study_sections
 from conrod.report.verification.supporting_sections import MEASUREMENTS
 from conrod.scenes import Scene
-from conrod.studies.execution.local import confined
+from conrod.studies.execution.local import call_on_file
 from conrod.studies.frame.files import files_to_write
 from conrod.studies.frame.result import SceneResults
 from conrod.studies.frame.writing import single_file, write_together
@@ -198,7 +198,9 @@ def _study_measurements(asked: VerificationOptions, scene: Scene | None) -> Tabl
     if scene is None:
         raise InvalidInput("--measured: measurements are compared with a scene: name it with --scene")
     path, points = Path(asked.measured), tuple(scene.lengths)
-    reading = confined(read_table, path, points, column_request(columns_in(asked.columns, points), asked.units, points))
+    reading = call_on_file(
+        read_table, path, points, column_request(columns_in(asked.columns, points), asked.units, points)
+    )
     estimated = check_estimated(names_in(asked.estimate) or ())
     return study_table(path.name, scene.kind, scene, reading, estimated)
 

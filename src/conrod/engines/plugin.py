@@ -1,7 +1,7 @@
 """Engines of other packages (plugins), called by name and plain values from whatever process they are loaded in.
 
 A process that runs studies loads none of them: its `PluginEngine` sends its calls to a separate process
-(`conrod.studies.execution.hosting`). A worker, or a user's own program, loads the plugin itself
+(`conrod.studies.execution.hosted_engine`). A worker, or a user's own program, loads the plugin itself
 (`conrod.engines.checked_plugin`).
 """
 

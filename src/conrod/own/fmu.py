@@ -49,7 +49,7 @@ def run_fmu(
         InvalidInput: it or an option cannot be used, or its run does not complete.
     """
     with TemporaryDirectory(prefix="conrod-fmu-") as folder:
-        fmu = local.confined(read_fmu, path, folder)
+        fmu = local.call_on_file(read_fmu, path, folder)
         mode = fmu.modes[0] if mode is None else mode
         if mode not in fmu.modes:
             raise unknown_choice("mode in --preset", mode, fmu.modes)
@@ -63,7 +63,7 @@ def run_fmu(
             raise InvalidInput(
                 f"--steps-per-rev {steps}: {count} steps in all: {MIN_STEPS} to {MAX_TABLE_ROWS - 1} are taken"
             )
-        values = local.confined(simulate, path, folder, mode, (*ends, count), used, timeout=timeout)
+        values = local.call_on_file(simulate, path, folder, mode, (*ends, count), used, timeout=timeout)
     has = "".join(f"; it has {other}, too: --preset {other}" for other in fmu.modes if other != mode)
     solver = f", CVode at {SOLVER_TOLERANCES[mode]:.0e}" if mode in SOLVER_TOLERANCES else ""
     tool = f"; {fmu.tool}" if fmu.tool else ""

@@ -25,7 +25,7 @@ import platformdirs
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.worker_process import Limits, WorkerDied, WorkerProcess
+from conrod.studies.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.writing import ROOT_UID, real_path
@@ -99,7 +99,7 @@ def imported_version(interpreter: str, engine: str) -> str:
     Raises:
         InvalidInput: that fails, in one line; or it crashes, or takes too long.
     """
-    worker = WorkerProcess(Limits(timeout=STARTED), interpreter=interpreter)
+    worker = WorkerProcess(CallLimits(timeout=STARTED), interpreter=interpreter)
     try:
         return worker.call(_version, engine)
     except (WorkerDied, TimeoutError, ImportError, AttributeError, OSError) as error:

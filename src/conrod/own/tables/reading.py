@@ -1,4 +1,4 @@
-"""Read and check a trajectory from a file of any of the formats; to be called confined, since the file is a user's."""
+"""Read and check a trajectory from a file of any of the formats; for `call_on_file`, since the file is a user's."""
 
 from __future__ import annotations
 

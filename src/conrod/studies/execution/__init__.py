@@ -1,1 +1,1 @@
-"""Execution of runs: in order, in local processes, on a cluster."""
+"""Execution of cases: in processes of this machine or on a Dask cluster."""

@@ -1,4 +1,4 @@
-"""Cases handed to an executor, or timed one by one, and each result kept the moment it is there."""
+"""Run cases in an executor, or time them one by one, and keep each result immediately."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from typing import TypeVar
 from conrod.engines import engine_named
 from conrod.engines.plugin_values import EngineFault
 from conrod.errors import InvalidInput
-from conrod.studies.execution.local import Ended, LocalProcesses, RepeatingExecutor
-from conrod.studies.execution.worker import on_known_scene, perform
-from conrod.studies.execution.worker_process import Limits, WorkerDied
+from conrod.studies.execution.local import FailedCall, LocalProcesses, RetryingExecutor
+from conrod.studies.execution.worker import call_with_cached_scene, perform
+from conrod.studies.execution.worker_process import CallLimits, WorkerDied
 from conrod.studies.frame.case import Case, Measurement
 from conrod.studies.frame.ledger import Ledger
 from conrod.studies.frame.run import RunCase
@@ -25,185 +25,186 @@ Result = TypeVar("Result")
 
 
 class Watcher:
-    """Receiver of the progress, in the thread that called; one that says nothing."""
+    """Callbacks on the progress of cases, in the calling thread; this base class ignores them."""
 
-    def started(self, total: int, already_finished: int) -> None:
-        """There are so many different cases, of which so many need not run."""
+    def on_start(self, total: int, already_finished: int) -> None:
+        """Take the number of different cases, and how many of them have a result already."""
 
-    def unreadable(self, count: int) -> None:
-        """So many runs are damaged in the ledger, or in the form of another conrod; they are made again."""
+    def on_unreadable(self, count: int) -> None:
+        """Take the number of cases that run again because their rows in the ledger cannot be read."""
 
-    def advanced(self, case: Case, how: str) -> None:
-        """A case has ended so, and what came of it is kept."""
+    def on_case_end(self, case: Case, how: str) -> None:
+        """Take a case that has ended, after its result was kept, and how it ended (an outcome)."""
 
 
-SILENT = Watcher()
+SILENT_WATCHER = Watcher()
 
 
 def run_cases(
     cases: Sequence[Case],
     ledger: Ledger,
-    executor: RepeatingExecutor,
+    executor: RetryingExecutor,
     *,
     fresh: bool = False,
-    watcher: Watcher = SILENT,
+    watcher: Watcher = SILENT_WATCHER,
 ) -> dict[str, Measurement]:
-    """Run those cases that the ledger does not have, and give the results of all.
+    """Run the cases that have no result in the ledger, and return the results of all.
 
-    A case that kills its process, or ends at a limit of the executor, has that as its outcome. Those that ended at a
-    limit run again where there is a wider one now, and so do those whose row cannot be read. An error or Ctrl-C
-    cancels what waits, keeps what is finished and goes on to the caller. What another process on the ledger runs is
-    left to it, and run only where that ends without a result.
+    A case that kills its process, or ends at a limit of the executor, has that as its outcome. A case that ended at a
+    limit runs again if the limit is wider now, and a case whose row cannot be read runs again. An error or Ctrl-C
+    cancels waiting cases, keeps finished ones and is raised. A case that another process on the ledger runs is left
+    to that process, and run here only if it gives no result.
 
     Args:
-        fresh: run them all.
+        fresh: run all cases.
 
     Raises:
         InvalidInput: as `Case.perform`, `Ledger.keep` and the executor.
 
     Returns:
-        Key -> what the ledger has of it, in the order of the cases; nothing in it depends on the order in which they
-        finished, or on which call or process ran them.
+        Measurements by key, in the order of the cases; they do not depend on the order in which cases finished, or on
+        the process that ran them.
     """
     by_key = {case.key: case for case in cases}
-    waiting = by_key if fresh else _unfinished(by_key, ledger, executor.limits)
-    watcher.started(len(by_key), len(by_key) - len(waiting))
-    _run(waiting, ledger, executor, fresh, watcher)
+    waiting = by_key if fresh else _unfinished_cases(by_key, ledger, executor.limits)
+    watcher.on_start(len(by_key), len(by_key) - len(waiting))
+    _run_and_keep(waiting, ledger, executor, fresh, watcher)
     found = ledger.measurements(by_key)
     lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.can_read(found[k]))}
     if lost:
-        watcher.unreadable(len(lost))
-        watcher.started(len(lost), 0)
+        watcher.on_unreadable(len(lost))
+        watcher.on_start(len(lost), 0)
         ledger.forget(list(lost))
-        _run(lost, ledger, executor, False, watcher)
+        _run_and_keep(lost, ledger, executor, False, watcher)
         found |= ledger.measurements(lost)
     if by_key.keys() - found:
         raise InvalidInput(f"the ledger {ledger.path} is damaged: what it keeps cannot be read; name another")
     return {key: found[key] for key in by_key}
 
 
-def _unfinished(by_key: Mapping[str, Case], ledger: Ledger, limits: Limits) -> dict[str, Case]:
+def _unfinished_cases(by_key: Mapping[str, Case], ledger: Ledger, limits: CallLimits) -> dict[str, Case]:
+    """Return the cases, by key, that have no result, or ended at a limit that is wider now."""
     finished = ledger.finished_keys(by_key)
     again = {key for key, stop in ledger.stops_at_limits(by_key).items() if limits.allow_more(*stop)}
     return {key: by_key[key] for key in by_key.keys() - finished | again}
 
 
-def _run(
-    waiting: Mapping[str, Case], ledger: Ledger, executor: RepeatingExecutor, fresh: bool, watcher: Watcher
+def _run_and_keep(
+    waiting: Mapping[str, Case], ledger: Ledger, executor: RetryingExecutor, fresh: bool, watcher: Watcher
 ) -> None:
-    """Run cases, those that take long first, and keep what comes of each; all but those that others run meanwhile."""
+    """Run the cases that no other process runs meanwhile, longest first, and keep each result."""
 
-    def keep(case: Case, future: Future[Measurement]) -> str:
+    def keep_measurement(case: Case, future: Future[Measurement]) -> str:
         try:
             measurement = future.result()
-        except (WorkerDied, TimeoutError, MemoryError) as error:  # others no case causes by what it is
-            ended = Ended.of(error)
-            measurement = Measurement(ended.outcome.slug, ended.reason)
-        ledger.keep(case, measurement, executor.limits.of(measurement.outcome), replace=fresh)
+        except (WorkerDied, TimeoutError, MemoryError) as error:  # a case cannot cause other errors
+            failed = FailedCall.from_error(error)
+            measurement = Measurement(failed.outcome.slug, failed.reason)
+        ledger.keep(case, measurement, executor.limits.limit_for(measurement.outcome), replace=fresh)
         return measurement.outcome
 
-    _share(
-        # Else in the order of the keys, which is as good as shuffled: the rate so far is the rate to come.
+    _process_unclaimed(
+        # Equal efforts in the order of the keys, which is as good as random: so the rate predicts the end.
         sorted(waiting.values(), key=lambda case: (-case.effort, case.key)),
         ledger,
         watcher,
-        claim=lambda case: case.key,
-        left=lambda case: fresh or bool(_unfinished({case.key: case}, ledger, executor.limits)),
-        begin=lambda case: executor.submit(on_known_scene, perform, case),
-        keep=keep,
-        # Asked for every time: a cluster grows and shrinks.
-        most=lambda: executor.in_flight,
+        claim_name=lambda case: case.key,
+        is_unfinished=lambda case: fresh or bool(_unfinished_cases({case.key: case}, ledger, executor.limits)),
+        submit=lambda case: executor.submit(call_with_cached_scene, perform, case),
+        keep_result=keep_measurement,
+        # Read before every submission: a cluster grows and shrinks.
+        max_in_flight=lambda: executor.in_flight,
     )
 
 
-POLL = 0.1  # [s] between two looks at what other processes have claimed
+POLL_INTERVAL = 0.1  # [s], between two looks at the claims of other processes
 
 
-def _share(
+def _process_unclaimed(
     cases: Iterable[AnyCase],
     ledger: Ledger,
     watcher: Watcher,
-    claim: Callable[[AnyCase], str],
-    left: Callable[[AnyCase], bool],
-    begin: Callable[[AnyCase], Future[Result]],
-    keep: Callable[[AnyCase, Future[Result]], str],
-    most: Callable[[], int],
+    claim_name: Callable[[AnyCase], str],
+    is_unfinished: Callable[[AnyCase], bool],
+    submit: Callable[[AnyCase], Future[Result]],
+    keep_result: Callable[[AnyCase, Future[Result]], str],
+    max_in_flight: Callable[[], int],
 ) -> None:
-    """Do all cases that no other process on the ledger does; an error or Ctrl-C cancels what waits.
+    """Submit all cases that no other process has claimed on the ledger, and keep the results.
 
     Args:
-        claim: name by which a case is claimed.
-        left: whether a case is to be done still, once it is claimed.
-        begin: hands it over.
-        keep: keeps what came of it, and says how it ended.
-        most: that are to be handed over at a time.
+        claim_name: name by which a case is claimed.
+        is_unfinished: whether a case, once it is claimed, still has no result.
+        submit: submits a case to an executor.
+        keep_result: keeps the result of a case, and returns how the case ended.
+        max_in_flight: number of cases to be submitted at a time.
     """
     waiting, flying = deque(cases), dict[Future[Result], AnyCase]()
 
-    def end(case: AnyCase, how: str) -> None:
-        ledger.claims.give_back(claim(case))
-        watcher.advanced(case, how)
+    def end_case(case: AnyCase, how: str) -> None:
+        ledger.claims.give_back(claim_name(case))
+        watcher.on_case_end(case, how)
 
     try:
         while waiting or flying:
             for _ in range(len(waiting)):
-                if len(flying) >= most():
+                if len(flying) >= max_in_flight():
                     break
                 case = waiting.popleft()
-                if not ledger.claims.take(claim(case)):
+                if not ledger.claims.take(claim_name(case)):
                     waiting.append(case)
-                elif left(case):
-                    flying[begin(case)] = case
+                elif is_unfinished(case):
+                    flying[submit(case)] = case
                 else:
-                    end(case, "by another process")
+                    end_case(case, "by another process")
             if not flying and waiting:
-                time.sleep(POLL)
-            for future in wait(flying, POLL if waiting else None, FIRST_COMPLETED).done:
-                end(flying[future], keep(flying[future], future))
+                time.sleep(POLL_INTERVAL)
+            for future in wait(flying, POLL_INTERVAL if waiting else None, FIRST_COMPLETED).done:
+                end_case(flying[future], keep_result(flying[future], future))
                 del flying[future]
     except BaseException:  # Ctrl-C, too
-        # The ledger may be what failed: then the first error says why.
+        # If the ledger itself failed, the first error says why.
         with suppress(InvalidInput):
-            for future in _completed(flying):
-                end(flying[future], keep(flying[future], future))
-        ledger.claims.close()  # nobody is to wait for what is claimed here
+            for future in _cancel_waiting(flying):
+                end_case(flying[future], keep_result(flying[future], future))
+        ledger.claims.close()  # or other processes would wait for the cases claimed here
         raise
 
 
-def _completed(flying: Iterable[Future[Result]]) -> list[Future[Result]]:
-    """Those that have a result; the others are cancelled."""
+def _cancel_waiting(flying: Iterable[Future[Result]]) -> list[Future[Result]]:
+    """Cancel the futures that have not begun, and return those that have a result."""
     for future in flying:
         future.cancel()
     return [one for one in flying if one.done() and not one.cancelled() and one.exception() is None]
 
 
-# -- costs ------------------------------------------------------------------------------------------------------------
+# -- timings ----------------------------------------------------------------------------------------------------------
 
 
 def time_cases(
     cases: Sequence[RunCase],
     ledger: Ledger,
     *,
-    cell_timeout: float | None = None,
+    timeout: float | None = None,
     fresh: bool = False,
-    watcher: Watcher = SILENT,
+    watcher: Watcher = SILENT_WATCHER,
 ) -> dict[str, Timing]:
-    """Time those cases that the ledger has no timing of on this machine, and give the timings of all.
+    """Time the cases that the ledger has no timing of; return the timings of all by key.
 
-    Each is timed in a process of this machine's own, whatever ran the cases: figures of different machines do not
-    mix. A case that cannot be timed within the limit, or whose process dies, has no timing.
+    Each is timed in a process of this machine, even if its run was made on a cluster: timings of different machines
+    cannot be compared. A case that cannot be timed within the limit, or whose process dies, has no timing.
 
     Args:
-        cell_timeout: longest wall time of a timing [s].
-        fresh: time them all.
+        timeout: longest wall time of a timing [s].
+        fresh: time all cases.
     """
     by_key = {case.key: case for case in cases}
     known = {} if fresh else ledger.timings(by_key, machine_fingerprint())
-    watcher.started(len(by_key), len(known))
+    watcher.on_start(len(by_key), len(known))
 
-    def keep(case: RunCase, future: Future[Timing | None]) -> str:
+    def keep_timing(case: RunCase, future: Future[Timing | None]) -> str:
         timing = None
-        # A cost that cannot be measured is not a cost; the run's own outcome says what happened to it.
+        # The outcome of the run says what went wrong; a failed timing adds nothing to it.
         with suppress(WorkerDied, TimeoutError, MemoryError, EngineFault):
             timing = future.result()
         if timing is None:
@@ -211,20 +212,21 @@ def time_cases(
         ledger.keep_timing(case, timing)
         return "timed"
 
-    with LocalProcesses(1, cell_timeout=cell_timeout) as worker:
-        _share(
+    with LocalProcesses(1, timeout=timeout) as worker:
+        _process_unclaimed(
             [case for key, case in by_key.items() if key not in known],
             ledger,
             watcher,
-            # One at a time, of all processes here on this ledger.
-            claim=lambda _: f"timing on {machine_fingerprint()}",
-            left=lambda case: fresh or case.key not in ledger.timings([case.key], machine_fingerprint()),
-            begin=lambda case: worker.submit(on_known_scene, _timed, case),
-            keep=keep,
-            most=lambda: 1,
+            # One timing at a time, by all processes of this machine on this ledger.
+            claim_name=lambda _: f"timing on {machine_fingerprint()}",
+            is_unfinished=lambda case: fresh or case.key not in ledger.timings([case.key], machine_fingerprint()),
+            submit=lambda case: worker.submit(call_with_cached_scene, _time_case, case),
+            keep_result=keep_timing,
+            max_in_flight=lambda: 1,
         )
     return ledger.timings(by_key, machine_fingerprint())
 
 
-def _timed(case: RunCase) -> Timing | None:
+def _time_case(case: RunCase) -> Timing | None:
+    """Time the run of a case in this process; None if its engine cannot be timed."""
     return time_run(engine_named(case.settings.engine), case.scene, case.settings)

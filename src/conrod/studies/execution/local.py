@@ -1,4 +1,4 @@
-"""Calls in processes of this machine: what one of them does to its process costs that call alone."""
+"""Calls in processes of this machine: a call that crashes, hangs or fills memory fails alone."""
 
 from __future__ import annotations
 
@@ -15,73 +15,78 @@ from typing import Any, ParamSpec, TypeVar
 from conrod.errors import InvalidInput
 from conrod.runs.trajectory import Outcome
 from conrod.studies.execution.worker_process import (
+    CallLimits,
+    CallNotStarted,
     KilledFromOutside,
-    Limits,
-    NeverBegun,
     WorkerDied,
     WorkerProcess,
-    cannot_start,
+    start_failure_message,
 )
 from conrod.studies.frame.case import Case
 
-MOST_JOBS = 1024
+MAX_JOBS = 1024
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 
-class RepeatingExecutor(Executor):
-    """An executor of calls in other processes; one that is killed from outside is repeated before it is blamed.
+class RetryingExecutor(Executor):
+    """An executor in other processes; it repeats a call whose process was killed from outside.
 
-    Killed by a person or for want of memory, it is made once more, with nothing beside it. What is called must be
-    importable by its module's name, as with any process that does not fork, and not from the working folder.
+    If a person or a kernel short of memory kills the process, the call is made once more, with no other call beside
+    it. A function must be importable by its module's name, as with any process that does not fork, and not from the
+    working folder.
 
     Attributes:
-        limits: of each call.
-        in_flight: how many calls are to be handed over at a time: no process ever waits, and an interrupt is quick.
+        limits: limits of each call.
+        in_flight: number of calls to submit at a time: enough that no process waits, few enough to cancel quickly.
     """
 
-    def __init__(self, limits: Limits, in_flight: int, threads: int) -> None:
+    def __init__(self, limits: CallLimits, in_flight: int, threads: int) -> None:
         self.limits, self.in_flight = limits, in_flight
-        # A thread does nothing but wait for its call's answer.
+        # A thread only waits for the answer to its call.
         self._threads = ThreadPoolExecutor(threads, thread_name_prefix="conrod-call")
-        # Each call takes a place; one that must be alone takes all of them.
+        # Each call takes a place; a call that must be alone takes all places.
         self._count, self._places, self._lone = threads, threading.Semaphore(threads), threading.Lock()
 
     @abstractmethod
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        """The result of a call, made once.
+        """Call a function once in another process, and return its result.
 
         Raises:
-            WorkerDied, TimeoutError, MemoryError: what the call did to its process.
-            KilledFromOutside: its process was killed, and not by conrod.
+            WorkerDied, TimeoutError, MemoryError: the call crashed its process, or reached a limit.
+            KilledFromOutside: the process was killed, and not by conrod.
         """
 
     @abstractmethod
     def stop(self) -> None:
-        """End all calls, and let none begin."""
+        """End all calls, and refuse new ones."""
 
     def submit(
         self, fn: Callable[Arguments, Result], /, *args: Arguments.args, **kwargs: Arguments.kwargs
     ) -> Future[Result]:
-        """The future of a call; see `call` for what it may raise."""
-        return self._threads.submit(self._called, fn, args, kwargs)
+        """Submit a call; return its future, which raises the errors of `call`."""
+        return self._threads.submit(self._call_with_retry, fn, args, kwargs)
 
-    def _called(self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]) -> Result:
+    def _call_with_retry(
+        self, function: Callable[..., Result], arguments: tuple[Any, ...], named: dict[str, Any]
+    ) -> Result:
+        """Make a call; if its process is killed from outside, repeat it while no other call runs."""
         try:
             with self._places:
                 return self.call(function, *arguments, **named)
         except KilledFromOutside:
             pass
-        with self._alone():
+        with self._exclusive():
             try:
                 return self.call(function, *arguments, **named)
             except KilledFromOutside as error:
-                how, begun = error.args
+                how, has_served = error.args
                 again = WorkerDied(f"{how}, and again with nothing beside it")
-                raise again if begun else InvalidInput(cannot_start(how)) from None
+                raise again if has_served else InvalidInput(start_failure_message(how)) from None
 
     @contextmanager
-    def _alone(self) -> Iterator[None]:
+    def _exclusive(self) -> Iterator[None]:
+        """Hold all places, so that no other call is being made."""
         with self._lone:
             for _ in range(self._count):
                 self._places.acquire()
@@ -91,7 +96,7 @@ class RepeatingExecutor(Executor):
             self._places.release(self._count)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Let the calls under way finish, and, unless they are cancelled, those that wait; then end the processes."""
+        """Wait for calls, or cancel those that have not begun; then end the processes."""
         self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
         if wait:
             self.stop()
@@ -106,48 +111,48 @@ class RepeatingExecutor(Executor):
         return None
 
 
-class LocalProcesses(RepeatingExecutor):
-    """An executor with as many worker processes as it has calls at a time, each used again until it dies."""
+class LocalProcesses(RetryingExecutor):
+    """An executor with one worker process per simultaneous call; workers serve until they die."""
 
     def __init__(
         self,
         jobs: int = 1,
         *,
-        cell_timeout: float | None = None,
-        cell_memory: int | None = None,
+        timeout: float | None = None,
+        memory: int | None = None,
         interpreter: str | None = None,
     ) -> None:
-        """Start nothing yet: processes start when they are needed.
+        """Prepare the executor; processes start when they are needed.
 
         Args:
-            jobs: how many calls run at a time.
-            cell_timeout: longest wall time of a call [s], from when its process begins with it.
-            cell_memory: address space that a process may take beyond what it has then [bytes]; POSIX only.
-            interpreter: of the processes, see `WorkerProcess`.
+            jobs: number of calls at a time.
+            timeout: longest wall time of a call [s], from when its process begins with it.
+            memory: address space that a process may take beyond what it has then [bytes]; POSIX only.
+            interpreter: Python interpreter of the processes, see `WorkerProcess`.
 
         Raises:
-            InvalidInput: a number that has no meaning.
+            InvalidInput: a number out of range.
         """
-        if not 1 <= jobs <= MOST_JOBS:
-            raise InvalidInput(f"{jobs} jobs: give a number from 1 to {MOST_JOBS}")
-        super().__init__(Limits(cell_timeout, cell_memory), 4 * jobs, jobs)
+        if not 1 <= jobs <= MAX_JOBS:
+            raise InvalidInput(f"{jobs} jobs: give a number from 1 to {MAX_JOBS}")
+        super().__init__(CallLimits(timeout, memory), 4 * jobs, jobs)
         self._interpreter = interpreter
         self._lock, self._stopped = threading.Lock(), False
         self._all: set[WorkerProcess] = set()
         self._idle: list[WorkerProcess] = []
-        # By worker, the engine of another package that runs in it: what that does to its process is done to no other.
+        # By worker, the plugin engine that runs in it: two plugins never share a process.
         self._engines: dict[WorkerProcess, str | None] = {}
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        engine = next((one.plugin_name for one in arguments if isinstance(one, Case)), None)
+        engine = next((case.plugin_name for case in arguments if isinstance(case, Case)), None)
         while True:
-            worker = self._taken(engine)
+            worker = self._take_worker(engine)
             try:
                 return worker.call(function, *arguments, **named)
-            except NeverBegun:  # as many as were killed while they had nothing to do
+            except CallNotStarted:  # the idle worker had been killed: try the next
                 continue
             finally:
-                self._give_back(worker)
+                self._return_worker(worker)
 
     def stop(self) -> None:
         with self._lock:
@@ -158,31 +163,33 @@ class LocalProcesses(RepeatingExecutor):
         for worker in idle:
             worker.end()
 
-    def _taken(self, engine: str | None) -> WorkerProcess:
-        """A worker in which no engine of another package but this one has run."""
+    def _take_worker(self, engine: str | None) -> WorkerProcess:
+        """Return a worker, idle or new, in which no plugin engine but the given one has run."""
         with self._lock:
             if self._stopped:
                 raise WorkerDied("ended before it began")
-            for idle in [one for one in self._idle if not one.ready]:
-                self._drop(idle)
-            mine = [one for one in self._idle if self._engines[one] == engine]
-            if mine:
-                self._idle.remove(mine[-1])
-                return mine[-1]
+            for idle in [worker for worker in self._idle if not worker.ready]:
+                self._end_idle_worker(idle)
+            usable = [worker for worker in self._idle if self._engines[worker] == engine]
+            if usable:
+                self._idle.remove(usable[-1])
+                return usable[-1]
             if self._idle and len(self._all) >= self._count:
-                self._drop(self._idle[0])  # of another engine, in the place of which a new one starts
+                self._end_idle_worker(self._idle[0])  # it has another engine: the new worker takes its place
             worker = WorkerProcess(self.limits, interpreter=self._interpreter)
             self._all.add(worker)
             self._engines[worker] = engine
             return worker
 
-    def _drop(self, idle: WorkerProcess) -> None:
+    def _end_idle_worker(self, idle: WorkerProcess) -> None:
+        """End an idle worker; the caller holds the lock."""
         self._idle.remove(idle)
         self._all.discard(idle)
         del self._engines[idle]
         idle.end()
 
-    def _give_back(self, worker: WorkerProcess) -> None:
+    def _return_worker(self, worker: WorkerProcess) -> None:
+        """Make a worker idle again after a call; end it if it cannot be called again."""
         with self._lock:
             if worker.ready and not self._stopped:
                 self._idle.append(worker)
@@ -192,60 +199,60 @@ class LocalProcesses(RepeatingExecutor):
         worker.end()
 
 
-# What work on a file of a user's may take.
+# Limits of a task on a user's file.
 FILE_TIMEOUT = 600.0  # [s]
 FILE_MEMORY = 4 << 30  # [bytes]
 
 
 @dataclass(frozen=True)
-class Ended:
-    """End of a call, in a process of its own, without a result."""
+class FailedCall:
+    """The outcome of a call in another process that gave no result, with the reason."""
 
     outcome: Outcome
     reason: str
 
     @classmethod
-    def of(cls, error: TimeoutError | MemoryError | WorkerDied) -> Ended:
-        """The end that an error of an executor tells."""
+    def from_error(cls, error: TimeoutError | MemoryError | WorkerDied) -> FailedCall:
+        """Convert an error that an executor raised for a call."""
         outcomes = {TimeoutError: Outcome.TIMED_OUT, MemoryError: Outcome.OUT_OF_MEMORY}
         return cls(outcomes.get(type(error), Outcome.CRASHED), str(error) or "there was no more")
 
 
-def isolated(
+def call_isolated(
     task: Callable[..., Result], *arguments: Any, timeout: float | None = None, memory: int | None = None
-) -> Result | Ended:
+) -> Result | FailedCall:
     """Call a function in a fresh process; return its result, or how that process ended.
 
-    The process ends with the one that called, however that ends. Where it is killed from outside, the call is repeated
-    once before that is believed.
+    The process ends with the calling process, however that ends. If it is killed from outside, the call is repeated
+    once.
 
     Args:
-        task: what to do there; a function that can be pickled, as its arguments.
-        timeout: longest time that the call may take there [s]; None for no limit.
-        memory: address space that the process may take beyond what it has when the call begins [bytes], None for no
+        task: a function that can be pickled, as its arguments.
+        timeout: longest wall time of the call [s]; None for no limit.
+        memory: address space that the process may take beyond what it has when the call begins [bytes]; None for no
             limit.
 
     Raises:
-        Exception: what the task raised there, other than MemoryError.
+        Exception: any error that the task raised, other than MemoryError.
     """
-    with LocalProcesses(1, cell_timeout=timeout, cell_memory=memory) as process:
+    with LocalProcesses(1, timeout=timeout, memory=memory) as process:
         try:
             return process.submit(task, *arguments).result()
         except (TimeoutError, MemoryError, WorkerDied) as error:
-            return Ended.of(error)
+            return FailedCall.from_error(error)
 
 
-def confined(task: Callable[..., Result], path: Path, *arguments: Any, timeout: float = FILE_TIMEOUT) -> Result:
-    """Result of a task on a user's file, in a fresh process: a file that takes it down is an error like any.
+def call_on_file(task: Callable[..., Result], path: Path, *arguments: Any, timeout: float = FILE_TIMEOUT) -> Result:
+    """Call a task on a user's file in a fresh process, and return its result.
 
     Args:
-        task: called with the path and the arguments; a function that can be pickled, as is what it returns.
-        timeout: longest time that it may take [s].
+        task: called with the path and the arguments; a function that can be pickled, as its result.
+        timeout: longest wall time of the task [s].
 
     Raises:
-        InvalidInput: what the task raised, or that it crashed, took too long or too much memory.
+        InvalidInput: raised by the task, or the task crashed, took too long or too much memory.
     """
-    answer = isolated(task, path, *arguments, timeout=timeout, memory=FILE_MEMORY)
-    if isinstance(answer, Ended):
-        raise InvalidInput(f"{path}: it cannot be used: {answer.outcome.meaning} ({answer.reason})")
-    return answer
+    result = call_isolated(task, path, *arguments, timeout=timeout, memory=FILE_MEMORY)
+    if isinstance(result, FailedCall):
+        raise InvalidInput(f"{path}: it cannot be used: {result.outcome.meaning} ({result.reason})")
+    return result

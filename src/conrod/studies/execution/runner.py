@@ -1,4 +1,4 @@
-"""How runs are made and kept, for every study: processes or a cluster, limits of a run, the ledger of finished runs."""
+"""How all studies make and keep runs: executor, limits of a run, ledger of finished runs."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Self, TypeAlias, TypeVar
 
 from conrod.errors import InvalidInput
-from conrod.studies.execution.dispatch import SILENT, Watcher, run_cases, time_cases
-from conrod.studies.execution.local import LocalProcesses, RepeatingExecutor
-from conrod.studies.execution.worker_process import take_blas_buffer
+from conrod.studies.execution.dispatch import SILENT_WATCHER, Watcher, run_cases, time_cases
+from conrod.studies.execution.local import LocalProcesses, RetryingExecutor
+from conrod.studies.execution.worker_process import allocate_blas_buffer
 from conrod.studies.frame.case import Case, Measurement, Study, pursue
 from conrod.studies.frame.ledger import Ledger, default_ledger_path
 from conrod.studies.frame.run import RunCase
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
 
 Found = TypeVar("Found")
 RUN_TIMEOUT = 600.0  # [s]
-# Given a description of runs, and how they usually end, a watcher of their progress.
+# Makes a watcher of progress from a description of the runs, and the outcome that most of them have.
 Progress: TypeAlias = Callable[[str, str], AbstractContextManager[Watcher]]
 
 
 def no_progress(description: str, usual: str = "completed") -> AbstractContextManager[Watcher]:
-    """A watcher of runs that shows nothing."""
-    return nullcontext(SILENT)
+    """Return a watcher of runs that shows nothing."""
+    return nullcontext(SILENT_WATCHER)
 
 
 @dataclass(frozen=True)
 class Runs:
-    """How the runs of a study are made, and where finished ones are kept.
+    """How the runs of a study are made, and where finished runs are kept.
 
     Attributes:
-        ledger: file of finished runs, which are never run again; None for the user's own.
+        ledger: file of finished runs, which are never run again; None for the user's ledger.
         fresh: whether runs that the ledger has are made again.
-        jobs: processes on this machine at a time; None for one a core.
+        jobs: processes on this machine at a time; None for one per core.
         cluster: address of a Dask scheduler, such as "tcp://host:8786"; None for processes of this machine.
         timeout: longest wall time of a run [s].
         memory: largest memory of a run [bytes]; None without limit.
@@ -56,16 +56,16 @@ class Runs:
 
     @property
     def ledger_file(self) -> Path:
-        """The ledger that was named, or the user's own."""
+        """File of the ledger: `ledger`, or the user's ledger if that is None."""
         return default_ledger_path() if self.ledger is None else Path(self.ledger)
 
     def processes(self, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
-        """Processes of this machine, as many as were asked for unless a number is given."""
+        """Return an executor in processes of this machine, by default with `self.jobs` of them."""
         jobs = jobs or (available_cores() if self.jobs is None else self.jobs)
-        return LocalProcesses(jobs, cell_timeout=self.timeout, cell_memory=self.memory, interpreter=interpreter)
+        return LocalProcesses(jobs, timeout=self.timeout, memory=self.memory, interpreter=interpreter)
 
-    def executor(self) -> RepeatingExecutor:
-        """Executor of the runs: a cluster, or processes of this machine.
+    def executor(self) -> RetryingExecutor:
+        """Return the executor of the runs: on a cluster, or in processes of this machine.
 
         Raises:
             InvalidInput: options that exclude each other.
@@ -76,11 +76,11 @@ class Runs:
             raise InvalidInput("--jobs does not go with --cluster: the cluster has as many as it has workers")
         from conrod.studies.execution.cluster import DaskCluster
 
-        return DaskCluster(self.cluster, cell_timeout=self.timeout, cell_memory=self.memory)
+        return DaskCluster(self.cluster, timeout=self.timeout, memory=self.memory)
 
 
 def available_cores() -> int:
-    """Number of cores that this process may use, as far as the system says."""
+    """Number of cores that this process may use; 1 if the system does not say."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -88,56 +88,59 @@ def available_cores() -> int:
 
 @dataclass(frozen=True)
 class Runner:
-    """Makes and times the runs of studies, and keeps each in the ledger as it finishes."""
+    """The ledger and the executor of a command, which makes and times the runs of its studies."""
 
     ledger: Ledger
     runs: Runs
-    executor: RepeatingExecutor
+    executor: RetryingExecutor
 
     @classmethod
     @contextmanager
-    def of(cls, runs: Runs) -> Iterator[Self]:
+    def open(cls, runs: Runs) -> Iterator[Self]:
         """Open the ledger and start the executor.
 
         Raises:
-            InvalidInput: options that exclude each other, or too little memory to work out anything.
+            InvalidInput: options that exclude each other, or too little memory for linear algebra.
         """
-        take_blas_buffer()
-        # What the executor refuses is refused before there is a ledger.
+        allocate_blas_buffer()
+        # The executor first: if it refuses, no ledger file is made.
         with runs.executor() as executor, Ledger.open(runs.ledger_file) as ledger:
             yield cls(ledger, runs, executor)
 
     @contextmanager
-    def answering(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
-        """Give a function that returns the measurements of cases, batch after batch under one progress bar."""
-        answered: dict[str, Measurement] = {}
+    def case_runner(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
+        """Yield a function that runs cases, with one progress bar, and returns results by key."""
+        known: dict[str, Measurement] = {}
         with self.runs.progress("runs", "completed") as watcher:
 
-            def answer(cases: Sequence[Case]) -> dict[str, Measurement]:
-                # What is asked for twice runs once, with --fresh too.
-                new = [case for case in cases if case.key not in answered]
+            def measure(cases: Sequence[Case]) -> dict[str, Measurement]:
+                # A case that two batches ask for runs once, with --fresh too.
+                new = [case for case in cases if case.key not in known]
                 fresh = self.runs.fresh
-                answered.update(run_cases(new, self.ledger, self.executor, fresh=fresh, watcher=watcher))
-                return {case.key: answered[case.key] for case in cases}
+                known.update(run_cases(new, self.ledger, self.executor, fresh=fresh, watcher=watcher))
+                return {case.key: known[case.key] for case in cases}
 
-            yield answer
+            yield measure
 
     def pursue(self, studies: Sequence[Study[Found]]) -> list[Found]:
-        """Return the findings of studies, whose runs go side by side."""
-        with self.answering() as run:
+        """Run studies together, batch by batch, and return their findings in the same order."""
+        with self.case_runner() as run:
             return pursue(studies, run)
 
     def run_alone(self, cases: Sequence[Case], description: str) -> dict[str, Measurement]:
-        """Run cases one at a time on this machine, for cases that measure how long something takes."""
+        """Run cases one at a time on this machine, for cases that measure wall time."""
         fresh = self.runs.fresh
         with self.runs.processes(1) as executor, self.runs.progress(description, "completed") as watcher:
             return run_cases(cases, self.ledger, executor, fresh=fresh, watcher=watcher)
 
     def run_in_release(self, requirement: str, cases: Sequence[VersionCase]) -> dict[str, Measurement]:
-        """Run cases in processes that have a release of an engine, which is installed where it has to be.
+        """Run cases with another release of an engine, installed for them in a separate environment.
+
+        Args:
+            requirement: name and version of the release, such as "mujoco==3.2.0".
 
         Raises:
-            InvalidInput: it cannot be had.
+            InvalidInput: the release cannot be installed.
         """
         from conrod.studies.releases import interpreter
 
@@ -151,7 +154,7 @@ class Runner:
                 return run_cases(cases, self.ledger, executor, fresh=self.runs.fresh, watcher=watcher)
 
     def time(self, cases: list[RunCase]) -> dict[str, Timing]:
-        """Time all cases that can be timed, one at a time on this machine."""
+        """Time cases one at a time on this machine; return timings by key, where there are any."""
         fresh = self.runs.fresh
         with self.runs.progress("costs", "timed") as watcher:
-            return time_cases(cases, self.ledger, cell_timeout=self.runs.timeout, fresh=fresh, watcher=watcher)
+            return time_cases(cases, self.ledger, timeout=self.runs.timeout, fresh=fresh, watcher=watcher)

@@ -1,7 +1,8 @@
-"""A worker process as its owner sees it: started, called, limited, killed.
+"""Start, call, limit and end a worker process; its other side is `worker.main`.
 
-Nothing is imported from the working folder there: files beside a user's model are data, whatever their names. A worker
-has a connection of its own: what is printed there is no message, and no other worker's death can leave it waiting.
+A worker imports nothing from the working folder: files beside a user's model are data, whatever their names. Each
+worker has a separate connection: text that an engine prints is no message, and the death of another worker cannot
+leave it waiting.
 """
 
 from __future__ import annotations
@@ -29,99 +30,101 @@ from conrod.runs.trajectory import Outcome
 
 Result = TypeVar("Result")
 
-LOOK, GRACE = 0.1, 5.0  # [s] between two looks whether a process is there; for one to end that answers no more
-# Of a message: the length that a text reads as which an engine writes into the connection (0x20202020) is more.
-MOST_BYTES = 1 << 29
-LEAST_TIMEOUT, MOST_TIMEOUT = 0.1, 2e6  # [s]; a wait for a connection takes no more
-# Where this very conrod is.
-HOME = str(Path(__file__).parents[3])
-# What a kernel short of memory, a batch system or a person sends; an engine does not end itself so.
-FROM_OUTSIDE = {-signal.SIGKILL, -signal.SIGTERM}
+POLL_INTERVAL = 0.1  # [s], between two looks whether a process still runs
+END_TIMEOUT = 5.0  # [s], for a process to end after its connection has closed
+# Spaces that an engine prints into the connection read as a message length of 0x20202020, which is larger.
+MAX_MESSAGE_BYTES = 1 << 29
+MIN_TIMEOUT, MAX_TIMEOUT = 0.1, 2e6  # [s]; the wait for a connection takes no larger number
+# The folder that this conrod is imported from.
+SOURCE_FOLDER = str(Path(__file__).parents[3])
+# Exit status after a signal that a kernel short of memory, a batch system or a person sends; engines do not send them.
+EXTERNAL_KILLS = {-signal.SIGKILL, -signal.SIGTERM}
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Limits of one call; None is no limit.
+class CallLimits:
+    """Limits of a call in a worker process; None is no limit.
 
     Attributes:
-        timeout: wall time [s], from the moment a process begins with it.
-        memory: address space that its process may take beyond what it has then [bytes].
+        timeout: wall time [s], from when the process begins with the call.
+        memory: address space that the process may take beyond what it has then [bytes].
     """
 
     timeout: float | None = None
     memory: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse limits that no run could keep.
+        """Refuse limits out of range.
 
         Raises:
             InvalidInput: names the limit and its range.
         """
-        if self.timeout is not None and not LEAST_TIMEOUT <= self.timeout <= MOST_TIMEOUT:
+        if self.timeout is not None and not MIN_TIMEOUT <= self.timeout <= MAX_TIMEOUT:
             raise InvalidInput(
-                f"--cell-timeout: {self.timeout:g} s for a run is not in {LEAST_TIMEOUT:g}..{MOST_TIMEOUT:g} s"
+                f"--cell-timeout: {self.timeout:g} s for a run is not in {MIN_TIMEOUT:g}..{MAX_TIMEOUT:g} s"
             )
         if self.memory is not None and self.memory < 1:
             raise InvalidInput(f"--cell-memory: {self.memory} bytes for a run is no memory at all")
 
-    def of(self, outcome: str) -> float | None:
-        """The limit at which a run with this outcome ended: [s] or [bytes]; None if it did not end at one."""
+    def limit_for(self, outcome: str) -> float | None:
+        """Return the limit that ends a run with this outcome, [s] or [bytes]; None if there is none."""
         return {Outcome.TIMED_OUT.slug: self.timeout, Outcome.OUT_OF_MEMORY.slug: self.memory}.get(outcome)
 
     def allow_more(self, outcome: str, allowed: float) -> bool:
-        """True if a run that ended at a limit would now get further."""
-        now = self.of(outcome)
+        """True if a run that ended with this outcome at a limit of `allowed` has a wider limit now."""
+        now = self.limit_for(outcome)
         return now is None or now > allowed
 
 
 class WorkerDied(RuntimeError):
-    """The process that a call ran in ended before the call did; says how."""
+    """A worker process ended before its call returned; the message says how."""
 
 
 class KilledFromOutside(Exception):
-    """A process was killed, and not by conrod: nothing is known of the call that it was busy with.
+    """A worker process was killed, and not by conrod, so nothing is known of its call.
 
-    Its arguments are how, and whether the process had begun with any call.
+    Its arguments are how the process ended, and whether it had begun with any call.
     """
 
 
-class NeverBegun(Exception):
-    """A process that had served calls ended before it began with this one, which another can be given."""
+class CallNotStarted(Exception):
+    """A worker process ended while it was idle, so another worker can make its call."""
 
 
 class WorkerProcess:
-    """A Python interpreter of its own that serves one call after another; it ends with its owner, however that ends."""
+    """A separate Python process that serves one call after another, and ends with its owner."""
 
-    def __init__(self, limits: Limits, interpreter: str | None = None) -> None:
-        """Start it.
+    def __init__(self, limits: CallLimits, interpreter: str | None = None) -> None:
+        """Start the process.
 
         Args:
-            interpreter: of an environment whose packages come before those of this process; None for this one's.
+            interpreter: Python of an environment whose packages take precedence over those of this process; None for
+                the Python of this process.
 
         Raises:
-            InvalidInput: the system cannot start it.
+            InvalidInput: the system cannot start the process.
         """
         self._limits = limits
         self._pipe, theirs = Pipe()
         before, behind = (import_path(), []) if interpreter is None else ([], import_path())
         interpreter = sys.executable if interpreter is None else interpreter
-        # Ended without a word by what OpenBLAS sends itself where it may not start its threads.
+        # SIGINT keeps its default: OpenBLAS sends it to itself if it may not start threads, and the process must end.
         code = (
             "import signal as s, sys; s.signal(s.SIGINT, s.SIG_DFL); sys.path += {!r}; "
             "from conrod.studies.execution.worker import main; main{}"
         )
         try:
             self._process = subprocess.Popen(
-                # -P: not from the working folder, which Python would put in front of its own library.
+                # -P: Python would put the working folder in front of its own library.
                 [interpreter, "-P", "-c", code.format(behind, (theirs.fileno(), limits.memory))],
                 stdin=subprocess.DEVNULL,
-                # What an engine prints is not what the command has to say, and commands no terminal: see `_relay`.
+                # Text that an engine prints is no output of the command, and must not command a terminal.
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 pass_fds=[theirs.fileno()],
                 env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before)},
-                # In a session of its own: Ctrl-C at the terminal is for the owner to answer, and what an engine
-                # forks ends with its group.
+                # In a new session: the owner answers Ctrl-C at the terminal, and processes that an engine forks end
+                # with the group.
                 start_new_session=True,
             )
         except OSError as error:
@@ -129,33 +132,33 @@ class WorkerProcess:
         finally:
             theirs.close()
         assert self._process.stdout is not None
-        self._relay = threading.Thread(target=_relay, args=(self._process.stdout,), daemon=True)
+        self._relay = threading.Thread(target=_relay_output, args=(self._process.stdout,), daemon=True)
         self._relay.start()
         self._killed = self._served = self._busy = False
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        """Call a function there; return or raise what it does.
+        """Call a function in the process; return its result, or raise its error.
 
         Raises:
-            WorkerDied: the process died of it.
+            WorkerDied: the process ended during the call.
             KilledFromOutside: the process was killed, and not by conrod.
-            NeverBegun: the process had ended while it had nothing to do.
-            TimeoutError: it took longer than the limit; the process was killed.
-            MemoryError: it needed more than the limit; the process was killed.
-            InvalidInput: also where the process cannot start at all.
+            CallNotStarted: the process had ended while it was idle.
+            TimeoutError: the call took longer than the limit; the process was killed.
+            MemoryError: the call needed more than the limit; the process was killed.
+            InvalidInput: raised by the function, or the process cannot start.
         """
         call = pickle.dumps((function, arguments, named))
-        with suppress(OSError):  # of a process that has ended: what it answers says so
+        with suppress(OSError):  # if the process has ended, the next read says so
             self._pipe.send_bytes(call)
-        # It says when it begins: a new process's start is not its first call's time.
-        self._received()
+        # The process reports when it begins with the call: its own start does not count against the time limit.
+        self._receive()
         self._served = self._busy = True
-        if not self._answered(self._limits.timeout):
+        if not self._wait_for_message(self._limits.timeout):
             self.kill()
             raise TimeoutError(f"no result after {self._limits.timeout:g} s")
-        returned, content = self._received()
+        returned, content = self._receive()
         if not returned and isinstance(content, MemoryError):
-            # What the process still holds would be missing to the next call.
+            # Memory that the process still holds would be missing in its next call.
             self.kill()
             memory = self._limits.memory
             raise content if memory is None else MemoryError(f"the limit was {memory} bytes more than it began with")
@@ -167,63 +170,67 @@ class WorkerProcess:
 
     @property
     def ready(self) -> bool:
-        """True if it can be called."""
+        """True if the process can be called."""
         return not self._busy and not self._killed and self._process.poll() is None
 
     def kill(self) -> None:
-        """End the process and all that it has forked, whatever it is doing; a call under way ends as died."""
+        """Kill the process and all that it has forked; a call in progress raises WorkerDied."""
         self._killed = True
-        # What it forked is in its group, and would hold the owner's output open; there may be nobody left in it.
+        # Forked processes are in its group, and would hold the owner's output open; the group may be empty.
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
 
     def end(self) -> None:
-        """End the process and wait for its end; for the thread that has it."""
+        """Kill the process, wait for its end and close its connection.
+
+        To be called in the thread that calls the worker, which alone reads the connection.
+        """
         self.kill()
         self._process.wait()
         self._pipe.close()
-        # What it forked and lives in a group of its own may hold its output open.
-        self._relay.join(LOOK)
+        # A forked process that has left the group may hold the output open.
+        self._relay.join(POLL_INTERVAL)
 
-    def _answered(self, timeout: float | None) -> bool:
-        """Wait for a message or the end of the process; False where neither came in time [s].
+    def _wait_for_message(self, timeout: float | None) -> bool:
+        """Wait for a message or the end of the process; False if neither came within a timeout [s].
 
-        What the process has forked may hold the connection open after it, so that no end of it would be read.
+        The process is polled, because processes that it has forked may hold the connection open after its end.
         """
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
-            left = LOOK if deadline is None else min(LOOK, max(0.0, deadline - time.monotonic()))
-            if self._pipe.poll(left) or self._process.poll() is not None:
+            interval = POLL_INTERVAL if deadline is None else min(POLL_INTERVAL, max(0.0, deadline - time.monotonic()))
+            if self._pipe.poll(interval) or self._process.poll() is not None:
                 return True
             if deadline is not None and time.monotonic() >= deadline:
                 return False
 
-    def _received(self) -> Any:
-        """Next message of the worker; where there is none, the error of its end, which is waited for."""
+    def _receive(self) -> Any:
+        """Return the next message of the process; if it ends without one, raise how."""
         with suppress(EOFError, OSError):
-            self._answered(None)
-            # Nothing is waited for of a process that has ended without a message.
+            self._wait_for_message(None)
+            # A process that has ended without a message is not waited for.
             if self._pipe.poll(0.0):
-                return self._opened(self._pipe.recv_bytes(MOST_BYTES))
-        how = self._end_told()
+                return self._unpickle(self._pipe.recv_bytes(MAX_MESSAGE_BYTES))
+        how = self._describe_end()
         if self._served and not self._busy and not self._killed:
-            raise NeverBegun(how)
-        if self._process.returncode in FROM_OUTSIDE and not self._killed:
+            raise CallNotStarted(how)
+        if self._process.returncode in EXTERNAL_KILLS and not self._killed:
             raise KilledFromOutside(how, self._served)
-        raise WorkerDied(how) if self._served else InvalidInput(cannot_start(how))
+        raise WorkerDied(how) if self._served else InvalidInput(start_failure_message(how))
 
-    def _opened(self, message: bytes) -> Any:
+    def _unpickle(self, message: bytes) -> Any:
+        """Unpickle a message; raise WorkerDied if an engine has written into the connection."""
         try:
             return pickle.loads(message)
-        except Exception:  # what is no message may raise anything
+        except Exception:  # text that is no message may raise any error
             self.kill()
             raise WorkerDied("wrote into conrod's connection with it, so that no answer can be read") from None
 
-    def _end_told(self) -> str:
-        """How the process ended; one that has closed its connection, or filled it with what is no message, is ended."""
+    def _describe_end(self) -> str:
+        """Say how the process ended; kill it if it runs on without a usable connection."""
         try:
-            status = self._process.wait(GRACE)
+            status = self._process.wait(END_TIMEOUT)
         except subprocess.TimeoutExpired:
             self.kill()
             self._process.wait()
@@ -231,50 +238,50 @@ class WorkerProcess:
         return f"ended by signal {signal.Signals(-status).name}" if status < 0 else f"ended with status {status}"
 
 
-def _relay(printed: IO[bytes]) -> None:
-    """Pass what a worker prints to standard error, without what would command a terminal."""
+def _relay_output(printed: IO[bytes]) -> None:
+    """Copy the output of a worker to standard error, without characters that command a terminal."""
     decoder = codecs.getincrementaldecoder("utf-8")("replace")
     with printed, suppress(OSError, ValueError):
         while chunk := os.read(printed.fileno(), 1 << 16):
             text = decoder.decode(chunk).translate(COMMANDING_CHARACTERS)
-            with suppress(OSError):  # nobody reads it
+            with suppress(OSError):  # standard error may be closed
                 os.write(2, text.encode())
 
 
-def cannot_start(how: str) -> str:
-    """The message where nothing can be said of a call."""
+def start_failure_message(how: str) -> str:
+    """Return the error message for a worker process that ended before its first call."""
     return f"a worker process cannot start: it {how} before its first cell"
 
 
 def import_path() -> list[str]:
-    """Folders that a worker imports from: those of this process but the working folder, and that of conrod."""
-    # An empty entry stands for the working folder, where an interpreter begins that was given no script.
+    """Return a worker's import path: as in this process, with conrod, without the working folder."""
+    # An empty entry is the working folder, for an interpreter that was given no script.
     path = [entry for entry in sys.path if entry]
-    return path if HOME in path else [HOME, *path]
+    return path if SOURCE_FOLDER in path else [SOURCE_FOLDER, *path]
 
 
-# Room [bytes] that OpenBLAS's buffer takes, and numbers enough for it to be made.
-BLAS_ROOM, BLAS_SIZE = 1 << 27, 256
+# Address space of OpenBLAS's buffer [bytes], and the size of a matrix for which it makes the buffer.
+BLAS_BUFFER_BYTES, BLAS_MATRIX_SIZE = 1 << 27, 256
 
 
-def take_blas_buffer() -> None:
-    """Have OpenBLAS make its buffer where memory is limited; it ends the process where it finds no room for it later.
+def allocate_blas_buffer() -> None:
+    """Allocate OpenBLAS's buffer now if memory is limited; a later failure would end the process.
 
     Raises:
-        InvalidInput: there is no room.
+        InvalidInput: there is too little address space.
     """
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit == resource.RLIM_INFINITY:
         return
     try:
-        mmap.mmap(-1, BLAS_ROOM).close()
+        mmap.mmap(-1, BLAS_BUFFER_BYTES).close()
     except OSError:
-        room = BLAS_ROOM >> 20
+        room = BLAS_BUFFER_BYTES >> 20
         raise InvalidInput(
             f"only {limit >> 20} MiB of address space are allowed here (ulimit -v), with fewer than {room} left: "
             f"linear algebra needs as many; allow {(limit >> 20) + 2 * room} MiB"
         ) from None
     import numpy as np
 
-    numbers = np.ones((BLAS_SIZE, BLAS_SIZE))
-    np.linalg.solve(numbers + BLAS_SIZE * np.eye(BLAS_SIZE), numbers @ numbers)
+    numbers = np.ones((BLAS_MATRIX_SIZE, BLAS_MATRIX_SIZE))
+    np.linalg.solve(numbers + BLAS_MATRIX_SIZE * np.eye(BLAS_MATRIX_SIZE), numbers @ numbers)

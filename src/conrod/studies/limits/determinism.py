@@ -9,7 +9,7 @@ from typing import Any
 from conrod.engines import engine_named
 from conrod.runs.plain_values import plain_values
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.studies.execution.local import Ended, isolated
+from conrod.studies.execution.local import FailedCall, call_isolated
 from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes
@@ -77,8 +77,8 @@ def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
     first, again = task(once), task(once)
     task(_another(once))
     after = task(once)
-    elsewhere = isolated(task, once)
-    if isinstance(elsewhere, Ended):
+    elsewhere = call_isolated(task, once)
+    if isinstance(elsewhere, FailedCall):
         return Measurement(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
     if first.extremes is None:
         return first
