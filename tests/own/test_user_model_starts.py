@@ -14,7 +14,8 @@ from own_model_edits import TEXTS, judged, question, replaced, scanned, settled
 
 from conrod.exact.motion import Array
 from conrod.mjcf.loops.driving import LoopRecording
-from conrod.own.models.results import CLOSURE, OWN, CrankSpeed, ModelStudy
+from conrod.own.models.crank_speed import CrankSpeed
+from conrod.own.models.results import CLOSURE, OWN, ModelStudy
 from conrod.report import user_model as words
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES

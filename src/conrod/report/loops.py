@@ -8,13 +8,23 @@ from typing import Any
 from urllib.parse import quote
 
 from conrod.mjcf.loops.differences import MachineComparison
-from conrod.mjcf.loops.results import LABELS, LOOPS, OWN, QUANTITIES, LoopRun, LoopStudy, ShippedRun, loop_limits
+from conrod.mjcf.loops.results import (
+    LABELS,
+    LOOPS,
+    OWN,
+    QUANTITIES,
+    LawComparison,
+    LoopRun,
+    LoopStudy,
+    ShippedRun,
+    loop_limits,
+)
 from conrod.report.kind import Index, Kind
-from conrod.report.numbers import measured_text, order, quantity
+from conrod.report.numbers import in_shown_unit, measured_text, order, quantity
 from conrod.report.start_pose import open_start_words
 from conrod.report.table import VERDICT, ColouredCell, Table, Verbatim, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
-from conrod.runs.other_forces import acting_sentences
+from conrod.runs.other_forces import acting_sentences, merge_forces
 from conrod.runs.trajectory import Outcome
 
 RIGHT_COLUMNS = (
@@ -80,9 +90,31 @@ def _own_run_words(study: LoopStudy) -> str:
         return f"{did}."
     if not shipped.driven:
         return f"{did}: not judged, nothing drives it (no control and no rate at its start)."
+    did += "".join(f", {words}" for words in _law_words(shipped.laws))
     if shipped.exceeds(asked):
         return f"{did}: OUT OF TOLERANCE (allowed {in_mm(loop_limits(asked)[LOOPS])})."
+    if shipped.laws.differs:
+        return f"{did}: OUT OF TOLERANCE."
     return f"{did}: {'within tolerance' if LOOPS in loop_limits(asked) else 'measured, not judged'}."
+
+
+def _law_words(laws: LawComparison) -> Iterator[str]:
+    """Say what speed the own run has in place of its law's, and that it is on another branch."""
+    for one in laws.strayed:
+        law, mean, least, most = (
+            in_shown_unit(one.law * round(speed / one.law, 6), "rad/s", 5)[0]
+            for speed in (one.law, one.own.mean, one.own.least, one.own.most)
+        )
+        span = "" if least == most else f" on average, {least} to {most} rpm"
+        if one.own.is_still:
+            did = "stands still"
+        elif one.own.mean * one.law < 0.0:
+            did = f"turns backwards, at {mean} rpm{span}"
+        else:
+            did = f"turns at {mean} rpm{span}"
+        yield f"{one.joint} {did}, not at the {law} rpm of its law"
+    if laws.other_branch:
+        yield "it is on another assembly branch than the motion of the laws"
 
 
 def _not_judged(study: LoopStudy) -> Iterator[str]:
@@ -91,10 +123,18 @@ def _not_judged(study: LoopStudy) -> Iterator[str]:
     if study.judges_loops_alone:
         named = f"{', '.join(study.points[:MAX_NAMED])}{', ..' if len(study.points) > MAX_NAMED else ''}"
         yield f"what moves by the loops: {named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
-    if asked:
-        if left := [name for name in QUANTITIES if name not in asked]:
-            yield " and ".join(left)
+    if asked and (left := [name for name in QUANTITIES if name not in asked]):
+        yield " and ".join(left)
+    if others := [one.title for one in merge_forces(one for run in study.runs for one in run.acting) if not one.exact]:
+        borne = f"{', '.join(others[:MAX_NAMED])}{', ..' if len(others) > MAX_NAMED else ''}"
+        yield f"forces: torques of drives and reactions bear {borne} too, which the exact ones do not have"
+    elif asked:
         yield "forces"
+    shipped = study.shipped
+    compared = [one.joint for one in shipped.laws.speeds]
+    left = [name for name in study.question.drives if name not in compared]
+    if left and shipped.driven and not shipped.failed:
+        yield f"whether its own run moves {', '.join(left[:MAX_NAMED])} by the laws"
     if study.mobility.undetermined:
         yield f"what {', '.join(idle[:MAX_NAMED])} moves, which the drives do not determine"
 

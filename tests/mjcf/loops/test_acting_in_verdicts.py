@@ -60,6 +60,18 @@ def test_limit_of_a_tendon_is_named_with_a_drive_and_no_torque_is_off_by_it() ->
     assert re.search(
         rf"What acts besides its loops: the limit of tendon t \(up to 3\.\de\+04 N\); {NOT_ALONE}\.", finding(found)
     )
+    # Plain MuJoCo reports the same force in the row of the limit.
+    model = mujoco.MjModel.from_xml_string(TENDON)
+    data, largest = mujoco.MjData(model), 0.0
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    for _ in range(1000):
+        mujoco.mj_step(model, data)
+        rows = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON
+        largest = max(largest, float(data.efc_force[: data.nefc][rows].max(initial=0.0)))
+    assert largest == pytest.approx(next(one.largest for one in found.own.acting), rel=0.01)
+    assert "Not judged: forces: torques of drives and reactions bear the limit of tendon t too, which the" in finding(
+        found
+    )
     assert found.remarks[0].startswith("the length of tendon t is up to 0.103 beyond its limits, -0.1 to 9")
     assert found.unmodelled == ("the limit of tendon t",)
     assert not any("torque" in line for line in how_exact(found))
@@ -67,6 +79,7 @@ def test_limit_of_a_tendon_is_named_with_a_drive_and_no_torque_is_off_by_it() ->
     # Without the limit torques are compared, and nothing is said to act.
     free = looped(replaced(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 1.5)
     assert "What acts" not in finding(free)
+    assert "Not judged" not in finding(free)
     assert free.own.drives["crank"] < 1e-2
 
 

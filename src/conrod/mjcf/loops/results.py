@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.loops.differences import NUMBER_TOLERANCE, MachineComparison
+from conrod.own.models.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.own.models.request import Controls, OpenStart
 from conrod.runs.other_forces import OtherForce
 from conrod.runs.trajectory import Outcome
@@ -94,6 +95,48 @@ def loop_limits(tolerance: Mapping[str, float]) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
+class JointSpeed:
+    """Speed of a driven hinge in the file's own run, and that of its law [rad/s].
+
+    Attributes:
+        allowed: share of the law's speed that the mean may be off by.
+    """
+
+    joint: str
+    own: CrankSpeed
+    law: float
+    allowed: float = MAX_MEAN_SPEED_ERROR
+
+    @property
+    def strays(self) -> bool:
+        """True if the hinge does not keep the speed of its law."""
+        return self.own.strays(self.law, self.allowed)
+
+
+@dataclass(frozen=True)
+class LawComparison:
+    """The file's own run against the laws of the drives.
+
+    Attributes:
+        speeds: of hinges that it turns and whose law is a constant speed; empty where there is none.
+        other_branch: whether it begins or ends on another assembly branch than the laws' motion.
+    """
+
+    speeds: tuple[JointSpeed, ...] = ()
+    other_branch: bool = False
+
+    @property
+    def strayed(self) -> tuple[JointSpeed, ...]:
+        """Speeds of the hinges that do not keep to their law."""
+        return tuple(one for one in self.speeds if one.strays)
+
+    @property
+    def differs(self) -> bool:
+        """True if the own run has another speed, or is on another branch."""
+        return self.other_branch or bool(self.strayed)
+
+
+@dataclass(frozen=True)
 class ShippedRun:
     """A run of the file as it is, with its actuators, from its start.
 
@@ -104,6 +147,7 @@ class ShippedRun:
             where none does.
         driven: whether it starts with a control or a rate that is not 0: without, nothing but weight moves it.
         acting: as of a `LoopRun`.
+        laws: how it differs from what the drives prescribe; of a run that nothing drives it is not known.
     """
 
     start: str
@@ -114,6 +158,7 @@ class ShippedRun:
     chatter: tuple[str, float] | None = None
     driven: bool = True
     acting: tuple[OtherForce, ...] = ()
+    laws: LawComparison = LawComparison()
 
     @property
     def failed(self) -> bool:
@@ -203,8 +248,9 @@ class LoopStudy:
 
     @property
     def shipped_failed(self) -> bool:
-        """True if the file's own run failed, or is out of tolerance."""
-        return self.shipped.failed or self.shipped.exceeds(self.question.tolerance)
+        """True if the file's own run failed, is out of tolerance, or does not follow the drives' laws."""
+        shipped = self.shipped
+        return shipped.failed or shipped.exceeds(self.question.tolerance) or shipped.laws.differs
 
     @property
     def passed(self) -> bool:

@@ -22,12 +22,13 @@ from conrod.mjcf.loops.scanning import scan
 from conrod.mjcf.loops.scene_causes import causes_besides, refusal_causes
 from conrod.mjcf.loops.turning import Turning, prepare_turning
 from conrod.own.files import name_file_in_errors
+from conrod.own.models.crank_speed import CrankSpeed
 from conrod.own.models.frame import Frame, GivenFrame
 from conrod.own.models.identity import identify
 from conrod.own.models.loading import data_at_start
 from conrod.own.models.references import returns_after_turn
 from conrod.own.models.request import MIN_NAMED_OPENING, ModelRequest
-from conrod.own.models.results import AS_GIVEN, QUANTITIES, CrankSpeed, JudgedRun, ModelStudy
+from conrod.own.models.results import AS_GIVEN, QUANTITIES, JudgedRun, ModelStudy
 from conrod.runs.comparison import ExactMotions, size_of, track_errors
 from conrod.runs.other_forces import add_obstacles
 from conrod.runs.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict

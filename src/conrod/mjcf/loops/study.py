@@ -20,6 +20,7 @@ from conrod.mjcf.causes import append_causes, describe_closures
 from conrod.mjcf.equalities import inactive_closures, inactive_words
 from conrod.mjcf.loops.differences import NUMBER_TOLERANCE, MachineComparison, compare_with_machine, list_differences
 from conrod.mjcf.loops.driving import driven_run, set_exact_state
+from conrod.mjcf.loops.law_comparison import allowed_speed_error, compare_with_laws
 from conrod.mjcf.loops.load_differences import list_load_differences
 from conrod.mjcf.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
 from conrod.mjcf.loops.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
@@ -39,6 +40,7 @@ from conrod.own.models.loading import (
 from conrod.own.models.request import OpenStart
 from conrod.runs.convergence import claimed_order
 from conrod.runs.other_forces import OtherForce, add_obstacles, merge_forces
+from conrod.runs.outcome import MAX_JOINT_GAP
 from conrod.runs.trajectory import Outcome
 from conrod.scenes.space import MACHINES
 from conrod.studies.frame.paired_timing import time_stepper_pair
@@ -198,6 +200,7 @@ class _LoopBench:
             others = f"; --point NAME takes {list_names(moving)}" if moving else ""
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
         shipped = self._run_as_shipped(travel)  # what is wrong with controls is said before the runs
+        shipped = self._compare_with_laws(shipped, checked, travel)
         kinematic, remarks = compare_kinematics(self.model, self.machine, self.points, checked)
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces(merge_forces(one for run in runs for one in run.acting))
@@ -308,3 +311,15 @@ class _LoopBench:
         words = start_words(self.model, key, data.ctrl.tolist())
         model = copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
         return shipped_run(self.machine.tree, model, data, self.seconds, words, travel)
+
+    def _compare_with_laws(self, shipped: ShippedRun, motion: SpatialMotion, travel: float) -> ShippedRun:
+        """Add how a completed own run that something drives differs from the laws of the drives."""
+        if not shipped.driven or shipped.failed:
+            return shipped
+        data, _ = data_at_start(self.model, self.question.keyframe, self.question.controls)
+        names = [point.name for point in self.points]
+        fastest = max(float(np.linalg.norm(motion.points[name].velocity, axis=1).max()) for name in names)
+        allowed = allowed_speed_error(self.question.tolerance, travel, fastest)
+        near = MAX_JOINT_GAP * travel
+        compared = compare_with_laws(self.machine, self.model, data, names, self.seconds, allowed, near)
+        return replace(shipped, laws=compared)

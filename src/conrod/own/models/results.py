@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from conrod.engines.numerics import largest_derivatives, phase_bound
+from conrod.own.models.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.own.models.identity import DEFAULT_TOLERANCE, Identity
 from conrod.own.models.request import ModelFacts, ModelRequest
 from conrod.runs.comparison import Size
@@ -22,11 +23,6 @@ MAX_DRIVE_RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive lea
 QUANTITIES = ("position", "velocity", "acceleration")
 # The position's tolerance bounds the opening of the loops, too; over the machine's largest length.
 CLOSURE = "closure"
-# A mean speed that is off by more than a per cent is another speed; `conrod lint` drives no worse. The roughest drives
-# that handbooks allow, those of crushers, swing by a fifth of their speed from the slowest to the fastest.
-MAX_MEAN_SPEED_ERROR, MAX_SPEED_SWING = 0.01, 0.1
-# A crank that stays within this share of its turns does not turn.
-STANDSTILL_TURNS = 0.01
 
 
 @dataclass(frozen=True)
@@ -62,35 +58,6 @@ class JudgedRun:
         quantity, _, measure = name.partition("_")
         found = self.phase if quantity == "phase" else self.worst(quantity, measure or "max")
         return math.nan if found is None else found
-
-
-@dataclass(frozen=True)
-class CrankSpeed:
-    """Speed of the crank in the last turn of a run, for the duration of a turn at the scene's speed.
-
-    Attributes:
-        mean, least, most: of its speed [rad/s].
-        farthest: largest angle from where it starts, in the whole run [turns].
-    """
-
-    mean: float
-    least: float
-    most: float
-    farthest: float = math.inf
-
-    @property
-    def is_still(self) -> bool:
-        """True if the crank does not turn."""
-        return self.farthest <= STANDSTILL_TURNS
-
-    def strays(self, speed: float, allowed: float = MAX_MEAN_SPEED_ERROR) -> bool:
-        """True if the mean speed is not the scene's [rad/s], or the speed was ever off by more than a tenth.
-
-        Args:
-            allowed: share of the speed that the mean may be off by.
-        """
-        mean, *ends = (abs(own / speed - 1.0) for own in (self.mean, self.least, self.most))
-        return not mean <= allowed or not max(ends) <= max(MAX_SPEED_SWING, allowed)
 
 
 @dataclass(frozen=True)

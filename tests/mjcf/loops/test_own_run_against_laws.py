@@ -1,0 +1,163 @@
+"""The file's own run is held to the laws of the drives: another speed, another sense, another branch."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from own_model_edits import TEXTS, replaced
+
+from conrod.mjcf.loops import study
+from conrod.mjcf.loops.law_comparison import allowed_speed_error, is_on_branch_of_laws
+from conrod.mjcf.loops.results import LoopRequest, LoopStudy
+from conrod.report.loops import finding
+
+CASES = Path(__file__).parents[2] / "data" / "cases"
+SAW = TEXTS["saw"]
+OMEGA = 4.1887902047863905  # [rad/s], 40 rpm
+RATES = (-0.1317313576766063, OMEGA, -2.7251084528240996)  # at crank angle 0, on its motion
+KEYFRAME = f'<key name="start" qpos="0 0 0" qvel="{" ".join(map(repr, RATES))}" />'
+# The slider beyond the crank's axis, as far from it as on the branch of the reference pose, and the rod mirrored.
+BRAKE = 'frictionloss="1e4" solimpfriction="0.9999 0.9999"'
+OTHER_POSE = (0.5723635208501674, 0.0, np.pi - 2.0 * 2.836899999574396)
+
+
+def keyed(factor: float = 1.0, pose: tuple[float, ...] = (0.0, 0.0, 0.0)) -> str:
+    """The saw with its start rates times a factor, or at another pose where the rod follows the crank alone."""
+    rates = [factor * rate for rate in RATES] if pose == (0.0, 0.0, 0.0) else other_rates()
+    texts = (" ".join(map(repr, map(float, one))) for one in (pose, rates))
+    return replaced(SAW, KEYFRAME, '<key name="start" qpos="{}" qvel="{}" />'.format(*texts))
+
+
+def other_rates() -> list[float]:
+    """Rates at the pose on the other branch, where the rod's mirror image moves the slider."""
+    # The rod's end at C = A + r e(theta) + l e(phi): r cos(theta) w + l cos(phi) phi' = 0.
+    crank, rod, phi = 0.1, 0.3, np.pi - 2.836899999574396
+    spin = -crank * OMEGA / (rod * np.cos(phi))
+    return [-rod * np.sin(phi) * spin, OMEGA, spin - OMEGA]
+
+
+def servo(control: float, gain: float = 100.0, actuator: str = "velocity", value: str = "kv") -> str:
+    """The saw at rest, whose crank an actuator turns in place of conrod's flywheel."""
+    text = replaced(SAW, ' armature="1e+14"', "").replace('timestep="0.0015"', 'timestep="0.0003"')
+    text = replaced(text, KEYFRAME, f'<key name="start" qpos="0 0 0" ctrl="{control!r}" />')
+    motor = f'<actuator><{actuator} name="motor" joint="crank" {value}="{gain}" /></actuator>'
+    return replaced(text, "</equality>", f"</equality>{motor}")
+
+
+@cache
+def looped(text: str, law: str = "40rpm", seconds: float | None = None) -> LoopStudy:
+    """The study at a single step with the model's own settings alone, nothing timed."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 60, "LABELS": ("as it is",)}.items():
+            patch.setattr(study, name, cheap)
+        patch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+        question = LoopRequest({"crank": law}, seconds=seconds, tolerance={"position": 1e-3})
+        bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(text), question)
+        return bench.study("model.xml", "model", None)
+
+
+WRONG = {
+    "rates 30 % too fast": (keyed(1.3), "crank turns at 52 rpm, not at the 40 rpm of its law"),
+    "rates 0.6 % too fast": (keyed(1.006), "crank turns at 40.24 rpm, not at the 40 rpm of its law"),
+    "rates backwards": (keyed(-1.0), "crank turns backwards, at -40 rpm, not at the 40 rpm of its law"),
+    "a servo at 41 rpm": (servo(1.03 * OMEGA), "crank turns at 41."),
+    "a servo backwards": (servo(-OMEGA), "crank turns backwards, at -40"),
+    "a servo that its brake holds": (
+        replaced(
+            servo(OMEGA, 1.0),
+            'axis="0 0 1" />\n      <inertial pos="0 0 0" mass="4"',
+            f'axis="0 0 1" {BRAKE} />\n      <inertial pos="0 0 0" mass="4"',
+        ),
+        "crank stands still, not at the 40 rpm of its law",
+    ),
+    "the other branch": (keyed(1.0, OTHER_POSE), "it is on another assembly branch than the motion of the laws"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_an_own_run_that_does_not_follow_its_law_is_out_of_tolerance(name: str) -> None:
+    text, words = WRONG[name]
+    found = looped(text)
+    assert found.own.is_within(found.question.tolerance)  # conrod's own drive hides it
+    assert not found.passed
+    first, _ = finding(found).split(" Driven with its own settings")
+    assert first.startswith("Run as the file has it, from keyframe start")
+    assert words in first
+    assert first.endswith(": OUT OF TOLERANCE.")
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [(keyed(), "40rpm"), (keyed(1.004), "40rpm"), (keyed(-1.0), "-40rpm"), (servo(OMEGA), "40rpm"),
+     (keyed(1.0, OTHER_POSE), "40rpm --keyframe")],
+    ids=["as it ships", "0.4 % too fast", "backwards as asked", "a servo from rest", "the other branch as asked"],
+)  # fmt: skip
+def test_an_own_run_that_follows_its_law_passes(text: str, law: str) -> None:
+    if law.endswith("--keyframe"):
+        bench = study._LoopBench.from_request(
+            mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "40rpm"}, keyframe="start")
+        )
+        shipped = bench._run_as_shipped(0.2)
+        compared = bench._compare_with_laws(shipped, bench.machine.motion(np.linspace(0.0, 1.5, 9)), 0.2)
+        assert compared.laws.speeds
+        assert not compared.laws.differs
+        return
+    found = looped(text, law)
+    assert found.shipped.laws.speeds
+    assert found.passed
+    assert "of its law" not in finding(found)
+
+
+def test_what_nothing_drives_and_what_no_speed_is_prescribed_for_is_not_judged() -> None:
+    at_rest = looped(replaced(SAW, KEYFRAME, ""))
+    assert at_rest.passed
+    assert ": not judged, nothing drives it" in finding(at_rest)
+    assert "whether its own run" not in finding(at_rest)
+    rocking = looped(keyed(1.3), "sine:40deg,1Hz")
+    assert rocking.passed
+    assert "whether its own run moves crank by the laws" in finding(rocking)
+    # An actuator that holds a position, or a force that holds the crank, commands no speed.
+    held = looped(servo(0.3, 1e4, "position", "kp"), seconds=0.2)
+    assert not held.shipped.laws.speeds
+    braked = replaced(servo(1.0, 1.0, "motor", "gear"), 'axis="0 0 1" />\n      <inertial pos="0 0 0" mass="4"',
+                      f'axis="0 0 1" {BRAKE} />\n      <inertial pos="0 0 0" mass="4"')  # fmt: skip
+    assert not looped(braked, seconds=0.2).shipped.laws.speeds
+    assert "whether its own run moves crank by the laws" in finding(looped(braked, seconds=0.2))
+
+
+def test_speeds_are_held_to_what_their_error_moves_points_by() -> None:
+    assert allowed_speed_error({}, 0.2, 1.0) == 0.01
+    assert allowed_speed_error({"position": 1e-3}, 0.2, 1.0) == pytest.approx(0.005)
+    assert allowed_speed_error({"position": 1.0}, 0.2, 1.0) == 0.01
+    assert allowed_speed_error({"position": 1e-3, "velocity": 0.02}, 0.2, 1.0) == pytest.approx(0.02)
+
+
+def poses() -> Iterator[tuple[str, tuple[float, float, float], bool]]:
+    """Poses of the saw at crank angle 0, and whether they are on the reference pose's branch."""
+    yield "its reference pose", (0.0, 0.0, 0.0), True
+    yield "a thousand turns on", (0.0, 2e3 * np.pi, 0.0), True
+    yield "open by a millimetre", (1e-3, 0.0, 0.0), True
+    yield "the other branch", OTHER_POSE, False
+    yield "the other branch, turns on", (OTHER_POSE[0], -20.0 * np.pi, OTHER_POSE[2]), False
+
+
+@pytest.mark.parametrize(("name", "pose", "same"), list(poses()))
+def test_a_pose_is_told_from_its_mirror_image(name: str, pose: tuple[float, float, float], same: bool) -> None:
+    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(SAW), LoopRequest({"crank": "40rpm"}))
+    names = [point.name for point in bench.points]
+    assert is_on_branch_of_laws(bench.machine, names, np.array(pose), 4e-3) is same, name
+
+
+def test_a_verdict_needs_both_the_speed_and_the_branch() -> None:
+    found = looped(keyed())
+    other = replace(found, shipped=replace(found.shipped, laws=replace(found.shipped.laws, other_branch=True)))
+    assert not other.passed
+    (speed,) = found.shipped.laws.speeds
+    faster = replace(speed, own=replace(speed.own, mean=1.1 * OMEGA))
+    assert not replace(found, shipped=replace(found.shipped, laws=replace(found.shipped.laws, speeds=(faster,)))).passed
