@@ -21,7 +21,7 @@ from conrod.exact.dynamics.inverse import CrankStates, joint_forces, sensitiviti
 from conrod.mechanism.mechanism import Body
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.measuring import LawOfForces, even_state, peaks_of, seen_in
+from conrod.studies.forces.measuring import LawOfForces, _explained, even_state, peaks_of, seen_in
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, recorded_forces, validate_forces
 from conrod.studies.frame.resolve_arguments import select_scene
@@ -206,6 +206,39 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
         assert bool(found.passed) == unseen, (body, quality, found.out_of_tolerance(), found.mistaken())
         if not unseen:
             assert (found.likeness or {})[f"{body}.{quality}"] == pytest.approx(1.0, abs=0.2), (body, quality)
+            # It alone explains the errors: other masses have a projection, and are not claimed.
+            assert list(found.mistaken()) == [f"{body}.{quality}"]
+
+
+@pytest.mark.parametrize("name", ["six-bar", "crank-shaper", "saw-500rpm"])
+def test_an_engine_without_a_law_of_its_forces_has_no_wrong_mass_for_its_own_errors(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conrod.studies.forces.study._expected", lambda *_: None)
+    scene, plan = scene_from_tables(name), ForcePlan(125, 1.0, refined=False)
+    projected = dict[str, float]()
+
+    def kept(times: dict[str, float], left: dict[str, float]) -> dict[str, float]:
+        projected.update(times)
+        return _explained(times, left)
+
+    monkeypatch.setattr("conrod.studies.forces.measuring._explained", kept)
+    found = validate_forces(name, scene, engine_named("pymunk"), "tuned", plan)
+    assert max(map(abs, projected.values())) > 0.7  # which was a claim
+    assert not found.mistaken()
+    # A mass that is wrong by far more than these errors is named all the same.
+    body = scene.kinematics.mechanism.bodies[-1]
+    wrong = defective("pymunk", body.name, "mass", 5.0 * body.mass)
+    assert f"{body.name}.mass" in validate_forces(name, scene, wrong, "tuned", plan).mistaken()
+
+
+def test_a_wrong_mass_is_claimed_where_it_explains_and_others_do_not() -> None:
+    times = {"rod.mass": 1.0, "crank.mass": 1.6, "slider.mass": 0.3, "pin.mass": np.nan}
+    left = {"rod.mass": 0.001, "crank.mass": 0.8, "slider.mass": 0.9, "pin.mass": np.nan}
+    assert _explained(times, left) == {"rod.mass": 1.0, "slider.mass": 0.3}
+    assert _explained(times, left | {"rod.mass": 0.3}) == {"slider.mass": 0.3}
+    assert "crank.mass" not in _explained(times, left | {"crank.mass": 0.1})  # far worse than the rod's
+    assert "crank.mass" in _explained(times, left | {"crank.mass": 0.1, "rod.mass": 0.05})  # either may be
 
 
 @pytest.mark.parametrize("quality", ["mass", "centre_of_gravity.x"])

@@ -101,9 +101,17 @@ def test_what_is_not_judged_is_named_in_the_finding() -> None:
     words = finding(leg())
     assert words.startswith("Run as the file has it, from its own pose, it runs through its 1 s")
     assert ": not judged, nothing drives it (no control and no rate at its start). Driven with its own" in words
-    assert "Not judged: velocity and acceleration; forces; what ankle_pitch moves, which the drives do not" in words
+    assert (
+        "Not judged: velocity and acceleration; forces: torques of drives and reactions bear the force of actuator"
+        in words
+    )
+    assert (
+        "limit of joint ankle_pitch too, which the exact ones do not have; what ankle_pitch moves, which the" in words
+    )
     every = replace(leg().question, tolerance={"position": 1.0, "velocity": 1.0, "acceleration": 1e3})
-    assert "Not judged: forces;" in finding(replace(leg(), question=every))
+    assert "Not judged: forces: torques" in finding(replace(leg(), question=every))
+    alone = replace(leg(), runs=tuple(replace(run, acting=()) for run in leg().runs), question=every)
+    assert "Not judged: forces; what ankle_pitch" in finding(alone)
 
 
 @pytest.mark.parametrize(("gap", "driven", "passes"), [

@@ -50,6 +50,10 @@ MOST = 131072  # samples that are looked at: with contact single values scatter,
 PARTS = 64  # of a run
 SURE = 3.0  # standard errors of the projection have to lie within it, or within what would be reported
 TOGETHER = 16  # steps of which a mean is taken where single values scatter, with contact
+# A wrong mass leaves at most this share of the errors that it is claimed for: planted ones leave 0.02; other masses,
+# and all masses of healthy runs whose engine's own errors are not taken off, leave 0.64 and more.
+MAX_LEFT_SHARE = 0.2
+FAR_BETTER_FACTOR, EXPLAINED_SHARE = 10.0, 0.02  # one mass is claimed in place of another that leaves so much more
 CLEAR = np.radians(1.0)  # of the crank, that lies between an arc joint of a cam and what is judged
 
 
@@ -239,7 +243,9 @@ def likenesses(
     """By "body.property", how many times the change that is to be seen the errors look like.
 
     That is 1 % of a mass, 1 % of a length, 5 % of an inertia. What no quantity depends on is not among them,
-    nor that for which the errors scatter too much: with contact, where a run has few steps.
+    nor that for which the errors scatter too much: with contact, where a run has few steps. A wrong mass is claimed
+    only where it explains the errors, by what it leaves of them (`_explained`): an engine's own errors, where no law
+    takes them off, have a projection on every mass.
 
     Args:
         names: of the quantities that are looked at; those that are not reported are left out.
@@ -255,15 +261,31 @@ def likenesses(
     errors = np.concatenate([(measured.signed(n) - own[n])[some] / peaks[n] for n in reported])
     # At constant speed, as the machine is meant to run: what ripple of the drive would show is not counted.
     seen = seen_in(scene, reported, measured.peaks)
-    found = {}
+    found, left_over = {}, {}
     for one in sensitivities(scene.kinematics, state):
         effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in reported])
         if (one.body, one.quality) in seen and effect.any():
             times = float(errors @ effect / (effect @ effect))
             # Values after each other, and quantities, scatter together: single parts of the run are independent.
-            left = ((errors - times * effect) * effect).reshape(len(reported), -1).sum(axis=0)
-            parts = [part.sum() for part in np.array_split(left, PARTS)]
+            left = errors - times * effect
+            along = (left * effect).reshape(len(reported), -1).sum(axis=0)
+            parts = [part.sum() for part in np.array_split(along, PARTS)]
             scatter = float(np.linalg.norm(parts) / (effect @ effect))
             if SURE * scatter < max(LOOKS_LIKE, abs(times)):
-                found[f"{one.body}.{one.quality}"] = times
-    return found
+                found[name := f"{one.body}.{one.quality}"] = times
+                left_over[name] = float(np.linalg.norm(left) / np.linalg.norm(errors)) if errors.any() else 0.0
+    # Single values of a contact scatter by more than any mass changes them: there the projection alone tells.
+    return found if scene.kinematics.mechanism.cam_contacts else _explained(found, left_over)
+
+
+def _explained(times: Mapping[str, float], left: Mapping[str, float]) -> dict[str, float]:
+    """Drop claims of a wrong mass that do not explain the errors, or far worse than another does.
+
+    Args:
+        times: changes that the errors look like; those of up to `LOOKS_LIKE` are no claim.
+        left: norm of the errors without each of them, over the norm of the errors.
+    """
+    claims = [name for name, size in times.items() if not abs(size) <= LOOKS_LIKE]
+    best = min((left[name] for name in claims), default=1.0)
+    bound = min(MAX_LEFT_SHARE, max(FAR_BETTER_FACTOR * best, EXPLAINED_SHARE))
+    return {name: size for name, size in times.items() if name not in claims or left[name] <= bound}
