@@ -11,7 +11,7 @@ from statistics import median
 from typing import Any
 
 from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.sweep.prior import DECIBELS, Swept
+from conrod.studies.sweep.prior import DECIBELS, PriorSweep
 
 
 def table_of(studies: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
@@ -35,7 +35,7 @@ def _decibels(errors: Mapping[str, float] | None, quantity: str) -> int | None:
     return None if errors is None else round(DECIBELS * math.log10(max(errors[quantity], 1e-30)))
 
 
-def table_text(table: Mapping[str, Swept]) -> str:
+def table_text(table: Mapping[str, PriorSweep]) -> str:
     """The table as JSON, one machine a line."""
     compact = json.JSONEncoder(separators=(",", ":")).encode
     return "{\n" + ",\n".join(f"{compact(name)}:{compact(swept)}" for name, swept in table.items()) + "\n}\n"

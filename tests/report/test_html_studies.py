@@ -28,7 +28,7 @@ from conrod.report.sweep import diagram_of
 from conrod.report.sweep_tables import timed_points
 from conrod.scenes import SCENES, catalogue_names
 from conrod.studies.frame.writing import Batch
-from conrod.studies.sweep.findings import SweepStudy, shared_lines
+from conrod.studies.sweep.findings import SweepStudy, paste_template
 from conrod.studies.sweep.study import plan_sweep
 
 ROOT = Path(__file__).parents[2]
@@ -145,11 +145,11 @@ def test_lines_of_a_point_give_its_very_settings() -> None:
     assert {point.engine for point in timed_points(swept)} == {"mujoco", "pymunk"}
     for point in timed_points(swept):
         engine, wanted = settings[point.key]
-        lines = dict.fromkeys((1, 3), swept.lines_of(point))
-        assert list(shared_lines(lines | {2: engine.paste(scene, wanted)})) == ["n"]
+        lines = dict.fromkeys((1, 3), swept.settings_lines(point))
+        assert list(paste_template(lines | {2: engine.paste(scene, wanted)})) == ["n"]
         # Negative control: another step has other lines.
         other = engine.paste(scene, replace(wanted, timestep=1.001 * wanted.timestep))
-        assert shared_lines(lines | {2: other}).keys() == {"1", "2", "3"}
+        assert paste_template(lines | {2: other}).keys() == {"1", "2", "3"}
 
 
 @pytest.mark.parametrize("name", ["sweep/cam-follower", "limits/saw-500rpm"])

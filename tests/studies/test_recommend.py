@@ -23,9 +23,9 @@ from conrod.scenes import SCENES, scene_named
 from conrod.studies.frame.case import QUANTITIES, Measurement, pursue
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.prior import shipped
-from conrod.studies.sweep.recommend import Refusal, check_tolerances, confirming_cases, recommend_for
-from conrod.studies.sweep.step_search import Choice, StepSearch, Tried, finer_than, run_at
+from conrod.studies.sweep.prior import shipped_sweeps
+from conrod.studies.sweep.recommend import NoRecommendation, check_tolerances, confirming_cases, recommendation_studies
+from conrod.studies.sweep.step_search import Candidate, StepSearch, TriedRun, find_finer_candidate, run_searches
 from conrod.studies.sweep.study import SweepPlan, plan_sweep
 
 SAW, PYMUNK = SCENES["saw-500rpm"], engine_named("pymunk")
@@ -79,21 +79,21 @@ def grid_of_saw() -> SweepPlan:
 
 def recommended(runs: PretendedRuns, prior: Mapping[str, Any] | None = None, **allowed: float) -> Any:
     """The answer of a search that begins with the shipped table, or another one."""
-    table = shipped() if prior is None else prior
-    (answer,) = pursue(recommend_for(grid_of_saw(), allowed, runs.time, table), runs.run)
+    table = shipped_sweeps() if prior is None else prior
+    (answer,) = pursue(recommendation_studies(grid_of_saw(), allowed, runs.time, table), runs.run)
     return answer
 
 
 def test_the_coarsest_step_that_does_is_found_between_those_of_the_grid() -> None:
     answer = recommended(PretendedRuns(second_order, per_step), position=1e-4)
     # sqrt(40 / 1e-4) = 632 steps would just do; the error is aimed at 1.25 times below what is allowed.
-    assert 708 <= answer.choice.steps <= 1.01 * 708
+    assert 708 <= answer.candidate.steps <= 1.01 * 708
     assert 1.25 <= answer.margin < 1.3
 
 
 def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
     answer = recommended(PretendedRuns(second_order, per_iteration), position=1e-4)
-    assert answer.choice.case.settings.iterations == 10
+    assert answer.candidate.case.settings.iterations == 10
 
 
 @pytest.mark.parametrize(
@@ -113,8 +113,8 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(outside: Ca
         return second_order(cell) * (100.0 if lucky else 1.0)
 
     answer = recommended(PretendedRuns(error, per_iteration), position=1e-4)
-    assert answer.choice.case.settings.iterations != 10
-    assert {"10 iterations" in rejected.choice.swept.rule.name for rejected in answer.rejected} == {True}
+    assert answer.candidate.case.settings.iterations != 10
+    assert {"10 iterations" in rejected.candidate.rule_plan.rule.name for rejected in answer.rejected} == {True}
     assert all(one.excess({"position": 1e-4}) <= 1.0 for one in answer.confirmations)
     assert len(answer.confirmations) == 5
 
@@ -127,8 +127,8 @@ def test_after_a_rejection_the_same_rule_is_tried_at_a_finer_step() -> None:
 
     # At 200 steps, where the table has the search begin, the error just does: no step between would save anything.
     answer = recommended(PretendedRuns(error, per_step), of_rules(1), position=1e-4)
-    assert 200 < answer.choice.steps < 240
-    assert {rejected.choice.steps for rejected in answer.rejected} == {200}
+    assert 200 < answer.candidate.steps < 240
+    assert {rejected.candidate.steps for rejected in answer.rejected} == {200}
     assert recommended(PretendedRuns(lambda _: 1e-4, per_step), position=1e-4).rejected == ()  # just does everywhere
 
 
@@ -137,12 +137,14 @@ def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
         return math.nan if cell.revolutions == 5.0 else second_order(cell)
 
     answer = recommended(PretendedRuns(error, per_step), position=1e-4)
-    assert isinstance(answer, Refusal)
-    assert all("exploded" in {one.measurement.outcome for one in rejected.why} for rejected in answer.rejected)
+    assert isinstance(answer, NoRecommendation)
+    assert all(
+        "exploded" in {one.measurement.outcome for one in rejected.failed_confirmations} for rejected in answer.rejected
+    )
 
 
 def test_an_error_that_is_no_number_is_within_nothing() -> None:
-    found = Tried(Measurement("completed", errors={"C": {"position": {"max": 1e-9}, "velocity": {"max": math.nan}}}))
+    found = TriedRun(Measurement("completed", errors={"C": {"position": {"max": 1e-9}, "velocity": {"max": math.nan}}}))
     assert found.excess({"position": 1e-6}) < 1.0
     assert found.excess({"position": 1e-6, "velocity": 1e-6}) == math.inf
 
@@ -157,7 +159,7 @@ def searching(found: Mapping[int, float | None], start: int = 0, order: float = 
         return SimpleNamespace(settings=SimpleNamespace(steps_per_revolution=steps))
 
     rule: Any = SimpleNamespace(cases=[at(20), at(500), at(20000)])
-    tried = [Choice(measured(e and e * 1e-6), rule, at(n)) for n, e in found.items()]
+    tried = [Candidate(measured(e and e * 1e-6), rule, at(n)) for n, e in found.items()]
     return StepSearch(rule, tried, start, order)
 
 
@@ -215,9 +217,9 @@ def finer(tried: tuple[int, ...], rejected: int, excess: float, error: float) ->
     """The finer step of a rule that was tried at some, all with one error; and how many runs it takes."""
     runs = PretendedRuns(lambda _: error * 1e-6, per_step)
     search = StepSearch(grid_of_saw().rules[0], [])
-    pursue([run_at([(search, n) for n in (rejected, *tried)])], runs.run)
-    choice, before = next(one for one in search.tried if one.steps == rejected), len(runs.ran)
-    (one,) = pursue([finer_than(search, choice, excess, {"position": 1e-6})], runs.run)
+    pursue([run_searches([(search, n) for n in (rejected, *tried)])], runs.run)
+    choice, before = next(one for one in search.candidates if one.steps == rejected), len(runs.ran)
+    (one,) = pursue([find_finer_candidate(search, choice, excess, {"position": 1e-6})], runs.run)
     return one and one.steps, len(runs.ran) - before
 
 
@@ -233,14 +235,14 @@ def test_an_answer_says_all_that_it_rests_on() -> None:
     """Tuned errors are 40 / n², stock ones 2 / n, a revolution of n steps costs n."""
     runs = PretendedRuns(second_order, per_step)
     answer = recommended(runs, position=1e-4)
-    assert answer.how.startswith("from the shipped sweeps of saw-500rpm, by ")
-    assert answer.timing.ratio == answer.choice.steps
-    assert (answer.pasted, answer.rejected) == (round_settings(SAW, answer.choice.case.settings), ())
-    assert f"space.step({answer.pasted.timestep!r})" in answer.paste
-    assert [one.what for one in answer.confirmations] == [
+    assert answer.search_words.startswith("from the shipped sweeps of saw-500rpm, by ")
+    assert answer.timing.ratio == answer.candidate.steps
+    assert (answer.rounded_settings, answer.rejected) == (round_settings(SAW, answer.candidate.case.settings), ())
+    assert f"space.step({answer.rounded_settings.timestep!r})" in answer.paste
+    assert [one.change for one in answer.confirmations] == [
         "as pasted", "start at 37 deg", "five revolutions", "speed -10%", "speed +10%",
     ]  # fmt: skip
-    (pasted,), settings = {c for c in runs.ran if c.settings == answer.pasted}, answer.choice.case.settings
+    (pasted,), settings = {c for c in runs.ran if c.settings == answer.rounded_settings}, answer.candidate.case.settings
     assert (pasted.start_angle, pasted.revolutions, pasted.scene.speed) == (0.0, 2.0, SAW.speed)
     outside = [
         (math.degrees(c.start_angle), c.revolutions, c.scene.speed / SAW.speed) for c in runs.ran if elsewhere(c)
@@ -271,17 +273,17 @@ def test_where_nothing_completes_or_can_be_timed_that_is_said(error: Any, timed:
     if not timed:
         runs.time = lambda _: {}
     answer = recommended(runs, position=1e-4)
-    assert isinstance(answer, Refusal)
-    assert (answer.engine, answer.why) == ("pymunk", why)
-    assert answer.how.startswith("from the shipped sweeps of saw-500rpm, by ")
+    assert isinstance(answer, NoRecommendation)
+    assert (answer.engine, answer.reason) == ("pymunk", why)
+    assert answer.search_words.startswith("from the shipped sweeps of saw-500rpm, by ")
 
 
 def test_of_an_engine_that_cannot_be_timed_that_is_the_reason() -> None:
     plan, runs = grid_of_saw(), PretendedRuns(lambda _: 9e-5, per_step)
     untimed = replace(plan, rules=(replace(plan.rules[0], engine=PLANTED),))
-    (answer,) = pursue(recommend_for(untimed, {"position": 1e-4}, lambda _: {}, shipped()), runs.run)
-    assert answer.why == "planted has no stepping with nothing recorded, which timings take"
-    assert answer.how == "from the shipped sweeps of no machine like it, by 1 run"
+    (answer,) = pursue(recommendation_studies(untimed, {"position": 1e-4}, lambda _: {}, shipped_sweeps()), runs.run)
+    assert answer.reason == "planted has no stepping with nothing recorded, which timings take"
+    assert answer.search_words == "from the shipped sweeps of no machine like it, by 1 run"
 
 
 # -- from the shipped sweeps -------------------------------------------------------------------------------------------
@@ -289,7 +291,7 @@ def test_of_an_engine_that_cannot_be_timed_that_is_the_reason() -> None:
 
 def shifted(decibels: int, cost: float = 1.0) -> dict[str, Any]:
     """The shipped table with all errors and costs wrong by factors."""
-    table = copy.deepcopy(shipped())
+    table = copy.deepcopy(shipped_sweeps())
     for engines in table.values():
         for rules in (rules for name, rules in engines.items() if name != "steps"):
             for row in rules.values():
@@ -300,7 +302,7 @@ def shifted(decibels: int, cost: float = 1.0) -> dict[str, Any]:
 def test_the_shipped_table_is_that_of_the_committed_sweeps() -> None:
     data = Path(__file__).parents[2] / "reports" / "sweep" / "data"
     studies = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(data.glob("*.json"))]
-    assert table_of(studies) == shipped()
+    assert table_of(studies) == shipped_sweeps()
     for study in studies:
         assert study["parameters"] == pytest.approx(SCENES[study["name"]].parameters, rel=1e-9)
 
@@ -334,10 +336,10 @@ def test_a_search_goes_on_in_waves_and_counts_them_all() -> None:
     """Seven rules are expected to do, of which none does elsewhere: six in the first wave, and one in the second."""
     runs = PretendedRuns(lambda c: 1e3 if elsewhere(c) else 9e-5, per_step)
     answer = recommended(runs, of_rules(7), position=1e-4)
-    assert {one.choice.swept.rule.name for one in answer.rejected} == set(of_rules(7)["saw-40rpm"]["pymunk"])
+    assert {one.candidate.rule_plan.rule.name for one in answer.rejected} == set(of_rules(7)["saw-40rpm"]["pymunk"])
     # Seven runs, and three finer ones for each rule of the first wave.
-    assert answer.how == "from the shipped sweeps of shear-press, by 25 runs"
-    assert (len(answer.rejected), answer.why) == (7 + 3 * 7, "")
+    assert answer.search_words == "from the shipped sweeps of shear-press, by 25 runs"
+    assert (len(answer.rejected), answer.reason) == (7 + 3 * 7, "")
 
 
 def test_a_search_names_all_machines_that_it_begins_from() -> None:
@@ -345,7 +347,7 @@ def test_a_search_names_all_machines_that_it_begins_from() -> None:
     first = next(iter(press["shear-press"]["pymunk"]))
     saw["saw-40rpm"]["pymunk"].pop(first)
     answer = recommended(PretendedRuns(second_order, per_step), press | saw, position=1e-4)
-    assert answer.how.startswith("from the shipped sweeps of shear-press and saw-40rpm, by ")
+    assert answer.search_words.startswith("from the shipped sweeps of shear-press and saw-40rpm, by ")
 
 
 def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> None:

@@ -30,7 +30,7 @@ from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import plan_limits, pursue_plans
-from conrod.studies.sweep.recommend import recommend_for
+from conrod.studies.sweep.recommend import recommendation_studies
 from conrod.studies.sweep.study import RulePlan, SweepPlan, plan_sweep, sweep_scene
 from conrod.studies.versions import plan_cases, versions_study
 
@@ -74,7 +74,7 @@ def swept(scene: Scene) -> Findings[Any]:
 
 def recommended(scene: Scene) -> Findings[Any]:
     allowed = {"position": 1e-2}
-    answers = pursue(recommend_for(small_plan(scene), allowed, pretended_times, {}), performed)
+    answers = pursue(recommendation_studies(small_plan(scene), allowed, pretended_times, {}), performed)
     return findings_of((NAME, scene), allowed, answers)
 
 
@@ -195,7 +195,7 @@ def test_verb_exits_with_1_without_trust(verb: str, healthy: bool, monkeypatch: 
 
 def test_recommend_writes_no_model_without_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for scene, written in ((Saw(), True), (WrongSaw(), False)):
-        answers = pursue(recommend_for(small_plan(scene), {"position": 1e-2}, pretended_times, {}), performed)
+        answers = pursue(recommendation_studies(small_plan(scene), {"position": 1e-2}, pretended_times, {}), performed)
         monkeypatch.setattr("conrod.api.sweep.cheapest_settings", lambda *_, found=answers, **__: found)
         model = tmp_path / f"{written}.xml"
         ended = conrod("recommend", "saw-500rpm", "--position", "1e-2", "--model", str(model))

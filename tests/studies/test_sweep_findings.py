@@ -15,8 +15,8 @@ from conrod.runs.convergence import observed_order
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
-from conrod.studies.sweep.findings import SweptRule, lines_at, pareto_front, shared_lines
-from conrod.studies.sweep.study import orders_along
+from conrod.studies.sweep.findings import SweptRule, fill_paste_template, pareto_front, paste_template
+from conrod.studies.sweep.study import observed_orders
 
 STEPS = (100, 200, 400, 800)
 
@@ -118,7 +118,7 @@ def test_the_order_is_that_of_the_runs_that_completed() -> None:
     cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
     runs = {case.key: completed(case.settings.steps_per_revolution**-2.0) for case in cases}
     runs[cases[1].key] = Measurement("exploded")
-    found = orders_along(cases, runs)["position"]
+    found = observed_orders(cases, runs)["position"]
     assert found.claimed == pytest.approx(2.0)
 
 
@@ -134,11 +134,11 @@ def lines(steps: int) -> str:
 
 
 def test_lines_are_one_text_where_numbers_go_with_the_step_or_its_square() -> None:
-    shared = shared_lines({n: lines(n) for n in (500, 20, 2500)})
+    shared = paste_template({n: lines(n) for n in (500, 20, 2500)})
     text = 'site1 v2.5 solimp="0.9 {0.12/n1}" bias = {-3/n2}, {50/n2}\ntolerance = 0'
     assert shared == {"n": text}
     for steps in (20, 100, 640, 20000):
-        assert lines_at(shared, steps) == lines(steps)
+        assert fill_paste_template(shared, steps) == lines(steps)
 
 
 @pytest.mark.parametrize(
@@ -152,25 +152,25 @@ def test_lines_are_one_text_where_numbers_go_with_the_step_or_its_square() -> No
     ],
 )  # fmt: skip
 def test_lines_that_differ_in_another_way_are_kept_for_each_step(few: str, many: str) -> None:
-    kept = shared_lines({20: few, 200: many})
+    kept = paste_template({20: few, 200: many})
     assert kept == {"20": few, "200": many}
-    assert [lines_at(kept, steps) for steps in (20, 40, 200)] == [few, "", many]
+    assert [fill_paste_template(kept, steps) for steps in (20, 40, 200)] == [few, "", many]
 
 
 def test_lines_that_differ_by_rounding_alone_are_one_text() -> None:
-    assert shared_lines({20: "dt = 1", 200: "dt = 0.10000000000001"}) == {"n": "dt = {20/n1}"}
+    assert paste_template({20: "dt = 1", 200: "dt = 0.10000000000001"}) == {"n": "dt = {20/n1}"}
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 def test_a_rule_of_a_grid_has_one_text_and_a_point_the_lines_at_its_steps(engine: str) -> None:
     used, study = engine_named(engine), handmade_sweep()
     known = {rule.name: {n: used.paste(SAW, rule.settings(SAW, n)) for n in STEPS} for rule in used.grid(SAW, "coarse")}
-    assert {tuple(shared_lines(pastes)) for pastes in known.values()} == {("n",)}
-    rules = tuple(SweptRule(engine, name, {}, shared_lines(pastes)) for name, pastes in known.items())
+    assert {tuple(paste_template(pastes)) for pastes in known.values()} == {("n",)}
+    rules = tuple(SweptRule(engine, name, {}, paste_template(pastes)) for name, pastes in known.items())
     others = tuple(SweptRule("another", name, {}, {"n": "# of another"}) for name in known)
     point = next(p for p in study.points if p.engine == engine)
     swept = replace(study, rules=(*others, *rules))
     for name, pastes in known.items():
         own = replace(point, rule=name, steps_per_revolution=200)
-        assert shared_lines({1: pastes[200], 2: swept.lines_of(own), 3: pastes[200]}).keys() == {"n"}
-    assert swept.lines_of(replace(point, rule="no such rule")) == ""
+        assert paste_template({1: pastes[200], 2: swept.settings_lines(own), 3: pastes[200]}).keys() == {"n"}
+    assert swept.settings_lines(replace(point, rule="no such rule")) == ""

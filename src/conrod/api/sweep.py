@@ -22,8 +22,8 @@ from conrod.studies.frame.resolve_arguments import (
     scenes_by_name,
 )
 from conrod.studies.sweep.findings import SweepStudy
-from conrod.studies.sweep.prior import shipped
-from conrod.studies.sweep.recommend import Answer, check_tolerances, recommend_for
+from conrod.studies.sweep.prior import shipped_sweeps
+from conrod.studies.sweep.recommend import Answer, check_tolerances, recommendation_studies
 from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
 
@@ -77,7 +77,7 @@ def cheapest_settings(
     allowed = check_tolerances(tolerance)
     plan = plan_sweep(name, chosen, able, "default")
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
-        return pursue(recommend_for(plan, allowed, runner.time, shipped()), run)
+        return pursue(recommendation_studies(plan, allowed, runner.time, shipped_sweeps()), run)
 
 
 def findings_of(

@@ -94,7 +94,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
         answers = cheapest_settings((name, chosen), tolerance, engines=engines, runs=runs)
     found = findings_of((name, chosen), tolerance, answers)
     files.answer(found, "recommend", (scene,))
-    qualified = [one.pasted for one in answers if isinstance(one, Recommendation)]
+    qualified = [one.rounded_settings for one in answers if isinstance(one, Recommendation)]
     trusted = not found.study.distrust
     settings = next((one for one in qualified if trusted and one.engine in writers), None)
     for path in wanted.values():

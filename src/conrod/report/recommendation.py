@@ -13,8 +13,8 @@ from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Verbatim
 from conrod.report.terminal import PrintedPart
 from conrod.scenes import Scene
-from conrod.studies.sweep.recommend import Answer, Confirmation, Recommendation, Refusal, Rejected
-from conrod.studies.sweep.step_search import Choice
+from conrod.studies.sweep.recommend import Answer, Confirmation, NoRecommendation, Recommendation, RejectedCandidate
+from conrod.studies.sweep.step_search import Candidate
 
 Allowed = Mapping[str, float]  # largest error by quantity
 
@@ -40,7 +40,7 @@ class Advice:
 
 def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]) -> Advice:
     """Collect the answers of all engines for a scene as plain values."""
-    engines = [(one.choice if isinstance(one, Recommendation) else one.nearest).swept.engine for one in found]
+    engines = [(one.candidate if isinstance(one, Recommendation) else one.nearest).rule_plan.engine for one in found]
     answers = {engine.name: _answer_values(one, allowed) for engine, one in zip(engines, found, strict=True)}
     versions = {engine.name: engine.version for engine in engines}
     distrust = "; ".join(one.distrust for one in found if one.distrust)
@@ -48,26 +48,29 @@ def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]
 
 
 def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
-    def choice_values(choice: Choice) -> dict[str, Any]:
-        return {"rule": choice.swept.rule.name, "steps": choice.steps, "errors": choice.errors(allowed)}
+    def choice_values(choice: Candidate) -> dict[str, Any]:
+        return {"rule": choice.rule_plan.rule.name, "steps": choice.steps, "errors": choice.errors(allowed)}
 
     values: dict[str, Any] = {"qualifies": isinstance(found, Recommendation)}
     if isinstance(found, Recommendation):
-        values |= choice_values(found.choice) | {
+        values |= choice_values(found.candidate) | {
             "margin": found.margin,
-            "settings": found.pasted.as_dict(),
+            "settings": found.rounded_settings.as_dict(),
             "timing": asdict(found.timing),
-            "confirmations": {one.what: one.errors(allowed) for one in found.confirmations},
+            "confirmations": {one.change: one.errors(allowed) for one in found.confirmations},
             "paste": found.paste,
         }
     else:
-        values |= {"why": found.why, "nearest": choice_values(found.nearest)}
+        values |= {"why": found.reason, "nearest": choice_values(found.nearest)}
     return values | {
         "rejected": [
-            {**choice_values(one.choice), "why": {c.what: c.errors(allowed) or c.measurement.outcome for c in one.why}}
+            {
+                **choice_values(one.candidate),
+                "why": {c.change: c.errors(allowed) or c.measurement.outcome for c in one.failed_confirmations},
+            }
             for one in found.rejected
         ],
-        "how": found.how,
+        "how": found.search_words,
         "lines": list(
             _recommendation_lines(found, allowed)
             if isinstance(found, Recommendation)
@@ -102,40 +105,40 @@ KIND = Kind(
 
 
 def _recommendation_lines(found: Recommendation, allowed: Allowed) -> Iterator[str]:
-    choice, timing, settings = found.choice, found.timing, found.choice.case.settings
+    choice, timing, settings = found.candidate, found.timing, found.candidate.case.settings
     preset = "" if settings.preset == CUSTOM else f" (the preset {settings.preset!r})"
-    yield f"{choice.swept.engine.name}: {_setting_text(choice)}{preset}"
+    yield f"{choice.rule_plan.engine.name}: {_setting_text(choice)}{preset}"
     yield f"  largest errors: {_errors_with_limits(choice, allowed)}; margin {found.margin:.2g}"
     yield (
         f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, as much as "
         f"{timing.ratio:.3g} steps of the engine's reference loop"
     )
     confirmed = [
-        f"{one.what} {_error_list(_error_texts(one, allowed, choice.case.scene))}" for one in found.confirmations
+        f"{one.change} {_error_list(_error_texts(one, allowed, choice.case.scene))}" for one in found.confirmations
     ]
     yield f"  confirmed: {'; '.join(confirmed)}"
     yield from _rejected_lines(found.rejected, allowed)
-    yield f"  found {found.how}"
+    yield f"  found {found.search_words}"
     yield "  to paste:"
 
 
-def _refusal_lines(found: Refusal, allowed: Allowed) -> Iterator[str]:
-    if found.why:
-        yield f"{found.engine}: nothing qualifies: {found.why}"
+def _refusal_lines(found: NoRecommendation, allowed: Allowed) -> Iterator[str]:
+    if found.reason:
+        yield f"{found.engine}: nothing qualifies: {found.reason}"
         return
     excess = {q: error / allowed[q] for q, error in found.nearest.errors(allowed).items() if error > allowed[q]}
     over = ", ".join(f"{q} is {x:.3g} times what is allowed" for q, x in excess.items())
     yield f"{found.engine}: nothing qualifies: {over or 'what was within tolerance was not confirmed elsewhere'}"
     yield f"  nearest: {_setting_text(found.nearest)}: {_errors_with_limits(found.nearest, allowed)}"
     yield from _rejected_lines(found.rejected, allowed)
-    yield f"  sought {found.how}"
+    yield f"  sought {found.search_words}"
 
 
-def _setting_text(choice: Choice) -> str:
-    return f"{choice.swept.rule.name}, {choice.steps} steps per revolution"
+def _setting_text(choice: Candidate) -> str:
+    return f"{choice.rule_plan.rule.name}, {choice.steps} steps per revolution"
 
 
-def _error_texts(found: Choice | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
+def _error_texts(found: Candidate | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
     places = {point: sizes["position"]["max"] for point, sizes in (found.measurement.errors or {}).items()}
     errors = found.errors(allowed)
     return {q: numbers.error(q, places if q == "position" else e, scene.lengths) for q, e in errors.items()}
@@ -145,13 +148,13 @@ def _error_list(errors: Mapping[str, str]) -> str:
     return ", ".join(f"{q} {size}" for q, size in errors.items())
 
 
-def _errors_with_limits(choice: Choice, allowed: Allowed) -> str:
+def _errors_with_limits(choice: Candidate, allowed: Allowed) -> str:
     errors = _error_texts(choice, allowed, choice.case.scene)
     return _error_list({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
 
 
-def _rejected_lines(rejected: tuple[Rejected, ...], allowed: Allowed) -> Iterator[str]:
+def _rejected_lines(rejected: tuple[RejectedCandidate, ...], allowed: Allowed) -> Iterator[str]:
     for one in rejected:
-        shown = ((c, _error_list(_error_texts(c, allowed, one.choice.case.scene))) for c in one.why)
-        lost = "; ".join(f"{c.what}: {errors or c.measurement.outcome}" for c, errors in shown)
-        yield f"  cheaper, but not confirmed: {_setting_text(one.choice)} ({lost})"
+        shown = ((c, _error_list(_error_texts(c, allowed, one.candidate.case.scene))) for c in one.failed_confirmations)
+        lost = "; ".join(f"{c.change}: {errors or c.measurement.outcome}" for c, errors in shown)
+        yield f"  cheaper, but not confirmed: {_setting_text(one.candidate)} ({lost})"

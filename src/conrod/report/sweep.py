@@ -52,7 +52,7 @@ def _spot_words(study: SweepStudy, point: SweptPoint) -> str:
     errors = ", ".join(f"{quantity} {numbers.measured_text(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
-        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution.\n{study.lines_of(point)}"
+        f"errors {errors}; {numbers.duration(point.cost or 0.0)} a revolution.\n{study.settings_lines(point)}"
     )
 
 

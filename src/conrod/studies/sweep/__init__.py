@@ -1,1 +1,1 @@
-"""The trade of speed for accuracy over a grid of settings."""
+"""Speed against accuracy: sweeps over grids of settings, and recommendations within tolerances."""

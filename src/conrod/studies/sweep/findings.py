@@ -16,9 +16,9 @@ Item = TypeVar("Item")
 
 
 def pareto_front(items: Iterable[Item], costs: Callable[[Item], tuple[float, float]]) -> tuple[Item, ...]:
-    """Items that no other item beats or equals in both costs, by increasing first cost.
+    """Return the items that no other item beats in both costs (the Pareto front), by increasing first cost.
 
-    Of items with the same two costs the first is kept.
+    Of several items with the same two costs the first is kept.
     """
     front: list[Item] = []
     least = math.inf
@@ -31,16 +31,15 @@ def pareto_front(items: Iterable[Item], costs: Callable[[Item], tuple[float, flo
 
 @dataclass(frozen=True)
 class SweptPoint:
-    """One run of the grid.
+    """One run of a sweep's grid.
 
     Attributes:
-        label: number of the point in its scene's table, such as M17: its name in a figure.
-        key: of the run in the ledger.
-        rule: name of its settings, the step apart.
-        preset: the preset that these settings are, if they are one.
+        label: name of the point in tables and figures, such as M17.
+        key: key of the run in the ledger.
+        rule: name of the settings rule; with the steps it gives the settings.
+        preset: name of the preset that the settings equal; None if there is none.
         errors: largest of each quantity over the run and the observed points, normalised; None unless it completed.
-        cost: CPU time of a revolution [s], where the reference loop takes what it does in the median; None where it
-            was not timed.
+        cost: CPU time of a revolution [s] at the median speed of the reference loop; None if it was not timed.
         ratio: the same in steps of the engine's fixed reference loop.
     """
 
@@ -58,7 +57,7 @@ class SweptPoint:
 
     @property
     def completed(self) -> bool:
-        """True if the run has errors."""
+        """True if the run completed, and so has errors."""
         return self.errors is not None
 
     def error(self, quantity: str) -> float | None:
@@ -68,11 +67,11 @@ class SweptPoint:
 
 @dataclass(frozen=True)
 class SweptRule:
-    """Settings of one engine, the step apart, and how their errors fall with it.
+    """A settings rule of one engine, and the orders of its errors in the step.
 
     Attributes:
-        orders: by quantity.
-        lines: that set this, to be pasted, see `lines_at`; empty in reports of an earlier conrod.
+        orders: observed orders by quantity.
+        lines: template of lines to paste, see `fill_paste_template`; empty in reports of an earlier conrod.
     """
 
     engine: str
@@ -83,15 +82,15 @@ class SweptRule:
 
 @dataclass(frozen=True)
 class SweepStudy:
-    """Findings on one scene.
+    """Findings of a sweep on one scene.
 
     Attributes:
         name, title, parameters: of the scene.
-        one_pass: whether its input makes one pass instead of turning.
-        engines: name -> version.
-        unsupported: engine -> why it cannot be swept.
-        machine: that the costs were taken on.
-        lengths: L of each observed point [m]; empty in reports of an earlier conrod.
+        one_pass: True if its input makes one pass and cannot turn fully.
+        engines: versions by engine name.
+        unsupported: reasons why engines cannot be swept, by engine name.
+        machine: fingerprint of the machine on which the costs were measured.
+        lengths: length L of each observed point [m]; empty in reports of an earlier conrod.
         distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
@@ -109,31 +108,36 @@ class SweepStudy:
     distrust: str = ""
 
     def front(self, quantity: str, engine: str | None = None) -> tuple[SweptPoint, ...]:
-        """Points that no other one beats in both cost and error, cheapest first."""
+        """Return the timed points that no other beats in both cost and error, the cheapest first."""
         drawn = [p for p in self.points if p.completed and p.cost is not None and engine in (None, p.engine)]
         return pareto_front(drawn, lambda p: (p.cost or 0.0, p.error(quantity) or 0.0))
 
     def points_of(self, rule: SweptRule) -> list[SweptPoint]:
-        """The points of a rule, at increasing numbers of steps."""
+        """Return the points of a rule, by increasing steps."""
         own = [p for p in self.points if (p.engine, p.rule) == (rule.engine, rule.name)]
         return sorted(own, key=lambda p: p.steps_per_revolution)
 
-    def lines_of(self, point: SweptPoint) -> str:
-        """Lines that set what a point is, ready to paste; empty where they are not known."""
+    def settings_lines(self, point: SweptPoint) -> str:
+        """Return the lines to paste for the settings of a point; empty if unknown."""
         rules = (rule for rule in self.rules if (rule.engine, rule.name) == (point.engine, point.rule))
-        return next((lines_at(rule.lines, point.steps_per_revolution) for rule in rules), "")
+        return next((fill_paste_template(rule.lines, point.steps_per_revolution) for rule in rules), "")
 
 
 # -- lines to paste ----------------------------------------------------------------------------------------------------
 
 NUMBER = re.compile(r"(?<![\w.])-?\d[\d.]*(?:e[-+]?\d+)?")
-# A number that goes with the step or with its square, as that at one step a revolution over a power of their number.
-OVER_STEPS = re.compile(r"\{([^{}]+)/n(\d)\}")
-ANY, ROUNDING = "n", 1e-12
+# Field {a/nk} of a template: the number a / n^k, which follows n steps per revolution.
+STEP_POWER_FIELD = re.compile(r"\{([^{}]+)/n(\d)\}")
+ANY_STEPS = "n"  # key of a template that holds for any number of steps
+NUMBER_TOLERANCE = 1e-12  # relative difference of numbers that are the same but for rounding
 
 
-def shared_lines(pastes: Mapping[int, str]) -> dict[str, str]:
-    """Lines at numbers of steps as one text for any of these; the lines of each where they differ in another way."""
+def paste_template(pastes: Mapping[int, str]) -> dict[str, str]:
+    """Return a template of lines that differ only by powers of the steps, else the lines by steps.
+
+    Args:
+        pastes: lines to paste by steps per revolution.
+    """
     few, many = min(pastes), max(pastes)
     text = ""
     numbers = (NUMBER.findall(pastes[steps]) for steps in (few, many))
@@ -144,18 +148,20 @@ def shared_lines(pastes: Mapping[int, str]) -> dict[str, str]:
             continue
         power = round(math.log(float(one) / float(other)) / math.log(many / few))
         text += f"{{{float(one) * few**power:.16g}/n{power}}}"
-    shared = {ANY: text}
-    alike = all(_alike(lines_at(shared, steps), paste) for steps, paste in pastes.items())
+    shared = {ANY_STEPS: text}
+    alike = all(_equal_but_for_rounding(fill_paste_template(shared, steps), paste) for steps, paste in pastes.items())
     return shared if alike else {str(steps): paste for steps, paste in pastes.items()}
 
 
-def lines_at(lines: Mapping[str, str], steps: int) -> str:
-    """Lines that `shared_lines` made, at a number of steps per revolution; empty where there are none."""
-    shared = lines.get(ANY, lines.get(str(steps), ""))
-    return OVER_STEPS.sub(lambda found: f"{float(found[1]) / steps ** int(found[2]):.15g}", shared)
+def fill_paste_template(lines: Mapping[str, str], steps: int) -> str:
+    """Fill a template made by `paste_template` for a number of steps per revolution; empty if it lacks them."""
+    shared = lines.get(ANY_STEPS, lines.get(str(steps), ""))
+    return STEP_POWER_FIELD.sub(lambda found: f"{float(found[1]) / steps ** int(found[2]):.15g}", shared)
 
 
-def _alike(one: str, other: str) -> bool:
-    """True if lines are the same but for the rounding of numbers."""
+def _equal_but_for_rounding(one: str, other: str) -> bool:
+    """True if two texts are the same but for the rounding of numbers."""
     pairs = zip(*(map(float, NUMBER.findall(lines)) for lines in (one, other)), strict=False)
-    return NUMBER.split(one) == NUMBER.split(other) and all(math.isclose(*pair, rel_tol=ROUNDING) for pair in pairs)
+    return NUMBER.split(one) == NUMBER.split(other) and all(
+        math.isclose(*pair, rel_tol=NUMBER_TOLERANCE) for pair in pairs
+    )

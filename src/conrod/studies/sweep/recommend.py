@@ -16,35 +16,41 @@ from conrod.studies.frame.case import Study
 from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing
-from conrod.studies.sweep.prior import Swept, guesses
-from conrod.studies.sweep.step_search import Choice, StepSearch, Tolerances, Tried, finer_than, follow
-from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan, paste_of
+from conrod.studies.sweep.prior import PriorSweep, ranked_guesses
+from conrod.studies.sweep.step_search import (
+    Candidate,
+    StepSearch,
+    Tolerances,
+    TriedRun,
+    find_finer_candidate,
+    refine_searches,
+)
+from conrod.studies.sweep.study import Clock, RulePlan, SweepPlan, paste_text
 
-LARGEST_TOLERANCE = 1e6
-SMALLEST_TOLERANCE = 1e-15
-ROUNDS = 6
-WAVE, WAVES = 6, 3  # rules tried at once, and how often, where some should do
-FORLORN = 3  # and where none should
-MOST_FINER = 3  # steps that one rule is tried at after a rejection
+MIN_TOLERANCE, MAX_TOLERANCE = 1e-15, 1e6  # of a normalised error
+MAX_RUNS_PER_RULE = 6  # rounds of a search before its rules are compared
+RULES_PER_WAVE, MAX_WAVES = 6, 3  # rules that are searched side by side, and how many times, if some should suffice
+RULES_IF_NONE_SUFFICES = 3  # rules that are searched if none should
+MAX_FINER_RUNS = 3  # rejected candidates of a rule after which no finer step of it is tried
 # Runs that the grid does not contain.
-OTHER_START = math.radians(37.0)
-MORE_REVOLUTIONS = 5.0
-OTHER_SPEEDS = (0.9, 1.1)
+OTHER_START_ANGLE = math.radians(37.0)  # [rad]
+CONFIRMING_REVOLUTIONS = 5.0
+CONFIRMING_SPEED_FACTORS = (0.9, 1.1)
 
 
 @dataclass(frozen=True)
-class Confirmation(Tried):
-    """A run that the grid does not contain, and what is other about it."""
+class Confirmation(TriedRun):
+    """A run of a candidate outside the grid; `change` says how it differs from the grid's run."""
 
-    what: str
+    change: str
 
 
 @dataclass(frozen=True)
-class Rejected:
-    """A cheaper setting that the grid's runs allow and a confirming run does not."""
+class RejectedCandidate:
+    """A cheaper setting that meets the tolerances in the grid's run, and not in some confirming runs."""
 
-    choice: Choice
-    why: tuple[Confirmation, ...]
+    candidate: Candidate
+    failed_confirmations: tuple[Confirmation, ...]
 
 
 @dataclass(frozen=True)
@@ -52,52 +58,56 @@ class Recommendation:
     """The cheapest confirmed setting of one engine.
 
     Attributes:
-        margin: least of allowed over found.
-        pasted: the settings of the paste.
-        paste: the setting as lines for a model or a program; the reason where the engine gives none.
-        how: where the search began, and what else there is to try.
+        candidate: the setting and its run.
+        margin: least ratio of a tolerance to its error.
+        timing: cost of the candidate.
+        confirmations: runs outside the grid, all within tolerance.
+        rejected: cheaper settings that were not confirmed.
+        rounded_settings: the settings with the numbers that are pasted.
+        paste: the setting as lines for a model or a program; the reason if the engine gives none.
+        search_words: sweeps from which the search began, and the number of runs.
         distrust: see `ReferenceGuard`, of all runs that were made.
     """
 
-    choice: Choice
+    candidate: Candidate
     margin: float
     timing: Timing
     confirmations: tuple[Confirmation, ...]
-    rejected: tuple[Rejected, ...]
-    pasted: Settings
+    rejected: tuple[RejectedCandidate, ...]
+    rounded_settings: Settings
     paste: str
-    how: str
+    search_words: str
     distrust: str = ""
 
 
 @dataclass(frozen=True)
-class Refusal:
-    """No setting of one engine qualifies.
+class NoRecommendation:
+    """Answer of an engine in which no setting meets the tolerances.
 
     Attributes:
-        nearest: of those that were tried.
-        rejected: settings that only confirming runs do not allow.
-        how: as of a recommendation.
-        why: in words where nothing completed, or could be timed.
-        distrust: as of a recommendation; see `ReferenceGuard`, of all runs that were made.
+        nearest: the candidate with the least excess.
+        rejected: settings that only confirming runs reject.
+        search_words: sweeps from which the search began, and the number of runs.
+        reason: why nothing qualifies, if no run completed or none could be timed; else empty.
+        distrust: see `ReferenceGuard`, of all runs that were made.
     """
 
     engine: str
-    nearest: Choice
-    rejected: tuple[Rejected, ...]
-    how: str
-    why: str = ""
+    nearest: Candidate
+    rejected: tuple[RejectedCandidate, ...]
+    search_words: str
+    reason: str = ""
     distrust: str = ""
 
 
-Answer = Recommendation | Refusal
+Answer = Recommendation | NoRecommendation  # of one engine
 
 
 def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]:
-    """The tolerances that were given, of normalised errors.
+    """Return the tolerances of normalised errors that were given, by quantity.
 
     Raises:
-        InvalidInput: none is, or one that no run can meet, or that means nothing.
+        InvalidInput: none is given, or one is out of range.
     """
     given = {quantity: value for quantity, value in tolerances.items() if value is not None}
     if not given:
@@ -105,116 +115,127 @@ def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]
             "no tolerance: give at least one of --position, --velocity, --acceleration, e.g. --position 1e-6"
         )
     for quantity, value in given.items():
-        check_number(f"--{quantity}", value, SMALLEST_TOLERANCE, LARGEST_TOLERANCE)
+        check_number(f"--{quantity}", value, MIN_TOLERANCE, MAX_TOLERANCE)
     return given
 
 
-def recommend_for(plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept]) -> list[Study[Answer]]:
-    """For each engine of the plan a study that finds its cheapest confirmed setting, or what is nearest.
+def recommendation_studies(
+    plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
+) -> list[Study[Answer]]:
+    """Return a study for each engine that finds its cheapest confirmed setting within tolerances.
 
     Args:
-        plan: of the sweep of one scene.
+        plan: the sweep of one scene.
         allowed: largest error by quantity.
-        time: takes costs.
-        prior: errors and costs of other sweeps, which say what is tried.
+        time: measures the costs of runs.
+        prior: errors and costs of other sweeps, which determine what is tried first.
     """
     engines = dict.fromkeys(rule.engine.name for rule in plan.rules)
     of_engines = [[rule for rule in plan.rules if rule.engine.name == name] for name in engines]
-    return [_guarded(_searched(rules, plan.scene, allowed, time, prior)) for rules in of_engines]
+    return [_search_with_guard(rules, plan.scene, allowed, time, prior) for rules in of_engines]
 
 
-def _guarded(search: Study[Answer]) -> Study[Answer]:
-    """Pursue the search of an engine, and have all its runs checked against the joints' equations."""
+def _search_with_guard(
+    rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
+) -> Study[Answer]:
+    """Search an engine's rules, and check all runs against the joints' equations."""
     guard = ReferenceGuard()
-    answer = yield from guard.watch(search)
+    answer = yield from guard.watch(_search_in_waves(rules, scene, allowed, time, prior))
     return replace(answer, distrust=guard.distrust)
 
 
-def _searched(
-    rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, Swept]
+def _search_in_waves(
+    rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
 ) -> Study[Answer]:
-    """Waves of the rules that are cheapest by the prior, until one of a wave qualifies."""
-    ranked = guesses(rules, scene, allowed, prior)
-    hopeful = [guess for guess in ranked if math.isfinite(guess.cost)][: WAVES * WAVE] or ranked[:FORLORN]
-    machines = " and ".join(dict.fromkeys(guess.machine for guess in hopeful if guess.machine)) or "no machine like it"
+    """Search the rules in waves, the cheapest by prior sweeps first, until a setting is confirmed."""
+    ranked = ranked_guesses(rules, scene, allowed, prior)
+    sufficient = [guess for guess in ranked if math.isfinite(guess.cost)]
+    guesses = sufficient[: MAX_WAVES * RULES_PER_WAVE] or ranked[:RULES_IF_NONE_SUFFICES]
+    machines = " and ".join(dict.fromkeys(guess.machine for guess in guesses if guess.machine)) or "no machine like it"
     answer: Answer | None = None
-    done = list[StepSearch]()
-    for first in range(0, len(hopeful), WAVE):
-        done += (wave := [StepSearch(g.rule, [], g.steps, g.order) for g in hopeful[first : first + WAVE]])
-        yield from follow(wave, allowed, rounds=ROUNDS)
-        tried = sum(len(search.tried) for search in done)
-        how = f"from the shipped sweeps of {machines}, by {tried} run{'' if tried == 1 else 's'}"
-        answer = yield from _answer(wave, allowed, time, how, answer)
+    searches = list[StepSearch]()
+    for first in range(0, len(guesses), RULES_PER_WAVE):
+        wave = [StepSearch(g.rule, [], g.steps, g.order) for g in guesses[first : first + RULES_PER_WAVE]]
+        searches += wave
+        yield from refine_searches(wave, allowed, rounds=MAX_RUNS_PER_RULE)
+        count = sum(len(search.candidates) for search in searches)
+        search_words = f"from the shipped sweeps of {machines}, by {count} run{'' if count == 1 else 's'}"
+        answer = yield from _cheapest_confirmed(wave, allowed, time, search_words, answer)
         if isinstance(answer, Recommendation):
             return answer
     assert answer is not None
     return answer
 
 
-def _answer(
-    searches: Sequence[StepSearch], allowed: Tolerances, time: Clock, how: str, before: Answer | None
+def _cheapest_confirmed(
+    searches: Sequence[StepSearch], allowed: Tolerances, time: Clock, search_words: str, previous: Answer | None
 ) -> Study[Answer]:
-    """The cheapest of the searches that runs elsewhere confirm, or a refusal, with that of a wave before."""
-    found = [(search, one) for search in searches for one in search.within(allowed)[:1]]
+    """Return the cheapest candidate of a wave that is confirmed; else a refusal merged with the previous wave's."""
+    found = [(search, one) for search in searches for one in search.candidates_within(allowed)[:1]]
     waiting = {one.case.key: (search, one) for search, one in found}
     timings = dict(time([one.case for _, one in waiting.values()]))
-    rejected: list[Rejected] = []
-    # What cannot be timed cannot be called the cheapest.
+    rejected: list[RejectedCandidate] = []
+    # A candidate without a timing cannot be called the cheapest.
     while timings and (waiting := {key: c for key, c in waiting.items() if key in timings}):
         search, candidate = waiting.pop(min(waiting, key=lambda key: timings[key].ratio))
-        confirmations = yield from _confirmed(candidate)
-        lost = tuple(one for one in confirmations if one.excess(allowed) > 1.0)
-        if not lost:
-            pasted = round_settings(candidate.case.scene, candidate.case.settings)
+        confirmations = yield from _run_confirmations(candidate)
+        failed = tuple(one for one in confirmations if one.excess(allowed) > 1.0)
+        if not failed:
+            rounded = round_settings(candidate.case.scene, candidate.case.settings)
             return Recommendation(
-                choice=candidate,
+                candidate=candidate,
                 margin=1.0 / max(candidate.excess(allowed), 1e-300),
                 timing=timings[candidate.case.key],
                 confirmations=confirmations,
                 rejected=tuple(rejected),
-                pasted=pasted,
-                paste=paste_of(candidate.swept.engine, candidate.case.scene, pasted),
-                how=how,
+                rounded_settings=rounded,
+                paste=paste_text(candidate.rule_plan.engine, candidate.case.scene, rounded),
+                search_words=search_words,
             )
-        rejected.append(Rejected(candidate, lost))
-        if sum(one.choice.swept is search.rule for one in rejected) <= MOST_FINER:
-            finer = yield from finer_than(search, candidate, max(one.excess(allowed) for one in lost), allowed)
+        rejected.append(RejectedCandidate(candidate, failed))
+        if sum(one.candidate.rule_plan is search.rule for one in rejected) <= MAX_FINER_RUNS:
+            excess = max(one.excess(allowed) for one in failed)
+            finer = yield from find_finer_candidate(search, candidate, excess, allowed)
             if finer and finer.case.key not in waiting:
                 waiting[finer.case.key] = search, finer
                 timings |= time([finer.case])
-    nearest, why = min((one for own in searches for one in own.tried), key=lambda one: one.excess(allowed)), ""
-    if isinstance(before, Refusal):
-        nearest = min(before.nearest, nearest, key=lambda one: one.excess(allowed))
-        rejected = [*before.rejected, *rejected]
+    nearest = min((one for search in searches for one in search.candidates), key=lambda one: one.excess(allowed))
+    if isinstance(previous, NoRecommendation):
+        nearest = min(previous.nearest, nearest, key=lambda one: one.excess(allowed))
+        rejected = [*previous.rejected, *rejected]
+    reason = ""
     if nearest.measurement.errors is None:
-        why = ": ".join(filter(None, ("no run completed", nearest.measurement.reason)))
+        reason = ": ".join(filter(None, ("no run completed", nearest.measurement.reason)))
     elif found and not timings:
         clock = capability(searches[0].rule.engine, TimedStepping)
-        why = clock.reason if isinstance(clock, MissingCapability) else "nothing within the tolerances could be timed"
-    return Refusal(nearest.swept.engine.name, nearest, tuple(rejected), how, why)
+        untimed = "nothing within the tolerances could be timed"
+        reason = clock.reason if isinstance(clock, MissingCapability) else untimed
+    return NoRecommendation(nearest.rule_plan.engine.name, nearest, tuple(rejected), search_words, reason)
 
 
 # -- confirmation ----------------------------------------------------------------------------------------------------
 
 
-def _confirmed(candidate: Choice) -> Study[tuple[Confirmation, ...]]:
-    cases = dict(confirming_cases(candidate.swept, candidate.case))
+def _run_confirmations(candidate: Candidate) -> Study[tuple[Confirmation, ...]]:
+    """Run the confirming cases of a candidate."""
+    cases = dict(confirming_cases(candidate.rule_plan, candidate.case))
     found = yield list(cases.values())
-    return tuple(Confirmation(found[case.key], what) for what, case in cases.items())
+    return tuple(Confirmation(found[case.key], change) for change, case in cases.items())
 
 
-def confirming_cases(swept: RulePlan, case: RunCase) -> Iterator[tuple[str, RunCase]]:
-    """Runs that the grid does not contain: the settings as pasted, another start, more revolutions, other speeds.
+def confirming_cases(rule_plan: RulePlan, case: RunCase) -> Iterator[tuple[str, RunCase]]:
+    """Yield runs outside the grid, each with its difference from the grid's run in words.
 
-    An input that makes one pass has one start and one length of a run: it makes the pass backwards instead.
+    These are: the settings as pasted, another start angle, more revolutions, other speeds. An input that makes one pass
+    has only one start angle and length; it makes the pass backwards instead.
     """
     yield "as pasted", replace(case, settings=round_settings(case.scene, case.settings))
-    speeds = {f"speed {factor - 1.0:+.0%}": factor for factor in OTHER_SPEEDS}
+    speeds = {f"speed {factor - 1.0:+.0%}": factor for factor in CONFIRMING_SPEED_FACTORS}
     if case.scene.kinematics.mechanism.driver.span is None:
-        yield "start at 37 deg", replace(case, start_angle=OTHER_START)
-        yield "five revolutions", replace(case, revolutions=MORE_REVOLUTIONS)
+        yield "start at 37 deg", replace(case, start_angle=OTHER_START_ANGLE)
+        yield "five revolutions", replace(case, revolutions=CONFIRMING_REVOLUTIONS)
     else:
         speeds = {"the pass backwards": -1.0, **speeds}
-    for what, factor in speeds.items():
+    for change, factor in speeds.items():
         scene = case.scene.with_parameters(speed=factor * case.scene.speed)
-        yield what, RunCase(case.name, scene, swept.rule.settings(scene, case.settings.steps_per_revolution))
+        yield change, RunCase(case.name, scene, rule_plan.rule.settings(scene, case.settings.steps_per_revolution))

@@ -8,41 +8,43 @@ from dataclasses import dataclass, replace
 
 from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.frame.run import RunCase
-from conrod.studies.sweep.prior import USUAL_ORDER
+from conrod.studies.sweep.prior import DEFAULT_ORDER
 from conrod.studies.sweep.study import RulePlan
 
-# A step is tried at which the error should be this much below what is allowed, so that other runs confirm it.
-AIMED_MARGIN = 1.25
-STEP_UNIT = 4  # steps per revolution are multiples of this
-WORTH = 0.92  # another run for a coarser step has to save this much
-LONGEST = 4.0  # from one step to the next one tried
-BEYOND = 2.5  # times the most steps of the grid, for what does in the grid and not in a confirming run
-STILL, STILL_TRIED = 0.3, 2  # an error of a lower order after more runs does not fall; nor do so many lost runs mend
+# Steps are chosen so that the error should be this many times below what is allowed, so that other runs confirm it.
+TARGET_MARGIN = 1.25
+STEPS_MULTIPLE = 4  # steps per revolution are multiples of this
+MAX_STEPS_RATIO = 0.92  # a run with fewer steps is made if these are at most this share of the fewest that suffice
+MAX_STEPS_FACTOR = 4.0  # from one number of steps to the next that is tried
+# Over the most steps of the grid: tried after a setting that met the tolerances there and in a confirming run did not.
+MAX_STEPS_OVER_GRID = 2.5
+STAGNANT_ORDER = 0.3  # an error of a lower order between the two finest runs does not fall
+MAX_FAILED_RUNS = 2  # a rule is given up after as many runs that did not complete
 
 Tolerances = Mapping[str, float]  # largest normalised error by quantity
 
 
 @dataclass(frozen=True)
-class Tried:
-    """A run that a choice rests on."""
+class TriedRun:
+    """A measured run that is compared with tolerances."""
 
     measurement: Measurement
 
     def errors(self, allowed: Tolerances) -> dict[str, float]:
-        """Largest error of each quantity that a tolerance was given for; none unless the run completed."""
+        """Largest error of each quantity with a tolerance; empty unless the run completed."""
         return {q: error for q in allowed if (error := self.measurement.largest(q)) is not None}
 
     def excess(self, allowed: Tolerances) -> float:
-        """Largest error over what is allowed; infinite unless the run completed with numbers."""
+        """Largest ratio of an error to its tolerance; infinite unless all errors are known."""
         over = [error / allowed[q] for q, error in self.errors(allowed).items()]
         return max(over) if over and not any(map(math.isnan, over)) else math.inf
 
 
 @dataclass(frozen=True)
-class Choice(Tried):
-    """A rule of an engine's grid at some step."""
+class Candidate(TriedRun):
+    """A rule of an engine's grid at a number of steps per revolution, and its run."""
 
-    swept: RulePlan
+    rule_plan: RulePlan
     case: RunCase
 
     @property
@@ -53,88 +55,92 @@ class Choice(Tried):
 
 @dataclass
 class StepSearch:
-    """Runs of one rule, by increasing steps.
+    """Search for the fewest steps per revolution at which a rule meets tolerances.
 
     Attributes:
-        start: steps to look at first.
-        order: expected of its error.
+        rule: the rule that is searched.
+        candidates: runs so far, by increasing steps.
+        start: steps per revolution to try first.
+        order: expected order of the error in the step.
     """
 
     rule: RulePlan
-    tried: list[Choice]
+    candidates: list[Candidate]
     start: int = 0
-    order: float = USUAL_ORDER
+    order: float = DEFAULT_ORDER
 
     @property
-    def bounds(self) -> tuple[int, int]:
-        """Fewest and most steps that are tried: those of the grid."""
+    def steps_bounds(self) -> tuple[int, int]:
+        """Fewest and most steps per revolution of the grid."""
         first, last = self.rule.cases[0], self.rule.cases[-1]
         return first.settings.steps_per_revolution, last.settings.steps_per_revolution
 
-    def within(self, allowed: Tolerances) -> list[Choice]:
-        """Those within tolerance, the coarsest first."""
-        return [one for one in self.tried if one.excess(allowed) <= 1.0]
+    def candidates_within(self, allowed: Tolerances) -> list[Candidate]:
+        """Candidates within tolerance, the coarsest first."""
+        return [one for one in self.candidates if one.excess(allowed) <= 1.0]
 
     def next_steps(self, allowed: Tolerances) -> int | None:
-        """Steps to try next, so that the error just does; None where that would gain little, or there is no hope."""
-        if not self.tried:
-            return self._even(self.start)
-        within = self.within(allowed)
+        """Return the steps to try next so that the error just suffices, None to stop the search."""
+        if not self.candidates:
+            return self._round_to_grid(self.start)
+        within = self.candidates_within(allowed)
         finer = within[0] if within else None
-        below = [one for one in self.tried if finer is None or one.steps < finer.steps]
+        below = [one for one in self.candidates if finer is None or one.steps < finer.steps]
         coarse = below[-1] if below else None
         if finer is None:
             assert coarse is not None
-            order = self.order_measured(allowed)
-            lost = sum(one.measurement.errors is None for one in self.tried)
-            if lost >= STILL_TRIED or (len(self.tried) > STILL_TRIED and order < STILL):
+            order = self.measured_order(allowed)
+            failed = sum(one.measurement.errors is None for one in self.candidates)
+            stagnant = len(self.candidates) > MAX_FAILED_RUNS and order < STAGNANT_ORDER
+            if failed >= MAX_FAILED_RUNS or stagnant:
                 return None
-            wanted = self._even(self._scaled(coarse, allowed, max(order, STILL)))
-            return wanted if wanted > coarse.steps else None
+            steps = self._round_to_grid(self._steps_by_order(coarse, allowed, max(order, STAGNANT_ORDER)))
+            return steps if steps > coarse.steps else None
         if coarse is None:
-            wanted = self._even(self._scaled(finer, allowed, self.order))
+            steps = self._round_to_grid(self._steps_by_order(finer, allowed, self.order))
         else:
-            wanted = self._even(_between(coarse, finer, allowed))
-        return wanted if wanted < WORTH * finer.steps else None
+            steps = self._round_to_grid(_interpolated_steps(coarse, finer, allowed))
+        return steps if steps < MAX_STEPS_RATIO * finer.steps else None
 
-    def order_measured(self, allowed: Tolerances) -> float:
-        """Order between the two finest runs that completed, the expected one where there are none."""
-        last = [(one.steps, x) for one in self.tried if (x := one.excess(allowed)) < math.inf][-2:]
+    def measured_order(self, allowed: Tolerances) -> float:
+        """Order p = log(e1 / e2) / log(n2 / n1) of the two finest completed runs; the expected order without two."""
+        last = [(one.steps, x) for one in self.candidates if (x := one.excess(allowed)) < math.inf][-2:]
         if len(last) < 2:
             return self.order
         (n, x), (more, less) = last
         return math.log(x / less) / math.log(more / n)
 
-    def _scaled(self, one: Choice, allowed: Tolerances, order: float) -> float:
-        factor: float = (max(one.excess(allowed), 1e-30) * AIMED_MARGIN) ** (1.0 / order)
-        return one.steps * min(max(factor, 1.0 / LONGEST), LONGEST)
+    def _steps_by_order(self, candidate: Candidate, allowed: Tolerances, order: float) -> float:
+        """Steps n (e TARGET_MARGIN)^(1 / order) at which a candidate's excess e would just suffice."""
+        factor: float = (max(candidate.excess(allowed), 1e-30) * TARGET_MARGIN) ** (1.0 / order)
+        return candidate.steps * min(max(factor, 1.0 / MAX_STEPS_FACTOR), MAX_STEPS_FACTOR)
 
-    def _even(self, steps: float) -> int:
-        """The next multiple of the unit, within the grid."""
-        least, most = self.bounds
-        return min(max(STEP_UNIT * math.ceil(steps / STEP_UNIT), least), most)
+    def _round_to_grid(self, steps: float) -> int:
+        """Round steps up to a multiple of STEPS_MULTIPLE, within the grid."""
+        least, most = self.steps_bounds
+        return min(max(STEPS_MULTIPLE * math.ceil(steps / STEPS_MULTIPLE), least), most)
 
 
-def _between(coarse: Choice, fine: Choice, allowed: Tolerances) -> float:
-    """The steps between the last run that is out and the first one within, at which the error should just do."""
+def _interpolated_steps(coarse: Candidate, fine: Candidate, allowed: Tolerances) -> float:
+    """Steps between a run out of tolerance and one within, where the error should just suffice."""
     out, within = (one.excess(allowed) for one in (coarse, fine))
-    # Where there is no error to go by: the middle.
+    # Geometric mean of the steps if one of the errors is unknown or zero.
     known = math.isfinite(out) and within > 0.0
-    share = math.log(out * AIMED_MARGIN) / math.log(out / within) if known else 0.5
+    share = math.log(out * TARGET_MARGIN) / math.log(out / within) if known else 0.5
     return float(coarse.steps * (fine.steps / coarse.steps) ** share)
 
 
-def follow(searches: Sequence[StepSearch], allowed: Tolerances, rounds: int) -> Study[None]:
-    """Let all searches try their next steps, side by side, so many times."""
+def refine_searches(searches: Sequence[StepSearch], allowed: Tolerances, rounds: int) -> Study[None]:
+    """Run all searches at their next steps, side by side, for at most a number of rounds."""
     for _ in range(rounds):
         wanted = [(search, n) for search in searches if (n := search.next_steps(allowed)) is not None]
         if not wanted:
             return
-        yield from run_at(wanted)
+        yield from run_searches(wanted)
 
 
-def run_at(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
-    """Run searches at numbers of steps per revolution."""
+def run_searches(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
+    """Run each search at a number of steps per revolution, and add the candidates."""
     cases = [
         (search, replace(case, settings=search.rule.rule.settings(case.scene, n)))
         for search, n in wanted
@@ -142,16 +148,26 @@ def run_at(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
     ]
     found = yield list({case.key: case for _, case in cases}.values())
     for search, case in cases:
-        search.tried = sorted([*search.tried, Choice(found[case.key], search.rule, case)], key=lambda one: one.steps)
+        candidates = [*search.candidates, Candidate(found[case.key], search.rule, case)]
+        search.candidates = sorted(candidates, key=lambda one: one.steps)
 
 
-def finer_than(search: StepSearch, rejected: Choice, excess: float, allowed: Tolerances) -> Study[Choice | None]:
-    """The rule at as many more steps as a confirming run was out by; None where there are none, or it is out."""
-    wanted, most = rejected.steps * (excess * AIMED_MARGIN) ** (1.0 / search.order), search.bounds[1]
-    most = most if wanted > BEYOND * most else round(BEYOND * most)
-    steps = STEP_UNIT * math.ceil(min(wanted, LONGEST * rejected.steps, most) / STEP_UNIT)
-    known = [one for one in search.tried if rejected.steps < one.steps <= steps]
+def find_finer_candidate(
+    search: StepSearch, rejected: Candidate, excess: float, allowed: Tolerances
+) -> Study[Candidate | None]:
+    """Return the rule with more steps after a confirming run was out of tolerance, None if none is within.
+
+    Args:
+        search: the search of the rule.
+        rejected: the candidate that the confirming run rejected.
+        excess: largest ratio of an error to its tolerance in the confirming run.
+        allowed: the tolerances.
+    """
+    wanted, most = rejected.steps * (excess * TARGET_MARGIN) ** (1.0 / search.order), search.steps_bounds[1]
+    most = most if wanted > MAX_STEPS_OVER_GRID * most else round(MAX_STEPS_OVER_GRID * most)
+    steps = STEPS_MULTIPLE * math.ceil(min(wanted, MAX_STEPS_FACTOR * rejected.steps, most) / STEPS_MULTIPLE)
+    known = [one for one in search.candidates if rejected.steps < one.steps <= steps]
     if not known and steps > rejected.steps:
-        yield from run_at([(search, steps)])
-        known = [one for one in search.tried if one.steps == steps]
+        yield from run_searches([(search, steps)])
+        known = [one for one in search.candidates if one.steps == steps]
     return next((one for one in known if one.excess(allowed) <= 1.0), None)

@@ -1,4 +1,4 @@
-"""Study of speed against accuracy on one scene: its runs, their costs, and what they show together."""
+"""Study of speed against accuracy on one scene: its runs, their costs, and the findings."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from conrod.studies.frame.case import QUANTITIES, Results, Study
 from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.frame.run import RunCase
 from conrod.studies.frame.timing import Timing, machine_fingerprint
-from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, shared_lines
+from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, paste_template
 
-NEEDED: tuple[type[Any], ...] = (SettingsGrid, TimedStepping)
+SWEEP_CAPABILITIES: tuple[type[Any], ...] = (SettingsGrid, TimedStepping)
 
 Timings = Mapping[str, Timing]
-# Timings by key, of those cases that can be timed.
+# Times cases, and returns the timings by key of those that can be timed.
 Clock = Callable[[list[RunCase]], Timings]
 
 
@@ -43,7 +43,7 @@ class RulePlan:
     """A rule of an engine's grid on one scene.
 
     Attributes:
-        cases: at increasing numbers of steps, from which orders are.
+        cases: runs by increasing steps; orders are observed along them.
     """
 
     engine: Engine[Any]
@@ -56,7 +56,7 @@ class SweepPlan:
     """All runs that a sweep of one scene needs.
 
     Attributes:
-        unsupported: engine -> what a sweep has that it lacks.
+        unsupported: capabilities that an engine lacks for a sweep, in words, by engine name.
     """
 
     name: str
@@ -67,19 +67,19 @@ class SweepPlan:
 
     @property
     def cases(self) -> tuple[RunCase, ...]:
-        """All cases, each once."""
+        """All runs, each once."""
         return tuple({case.key: case for rule in self.rules for case in rule.cases}.values())
 
 
 def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Grid) -> SweepPlan:
-    """The plan of a sweep of a scene."""
+    """Return the plan of a sweep of a scene in some engines."""
     steps = step_counts(grid, contact=bool(scene.kinematics.mechanism.cam_contacts))
     rules = [
         RulePlan(engine, rule, tuple(RunCase(name, scene, rule.settings(scene, n)) for n in steps))
         for engine in engines
         for rule in sweep_rules(engine, scene, grid)
     ]
-    needed = (TimedStepping,) if grid == PRESETS_GRID else NEEDED
+    needed = (TimedStepping,) if grid == PRESETS_GRID else SWEEP_CAPABILITIES
     lacking = {
         e.name: [c.reason for kind in needed if isinstance(c := capability(e, kind), MissingCapability)]
         for e in engines
@@ -92,14 +92,15 @@ def plan_sweep(name: str, scene: Scene, engines: Sequence[Engine[Any]], grid: Gr
 
 
 def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
-    """The study of a plan.
+    """Run and time all cases of a plan, and return the findings.
 
     Args:
-        time: takes costs, after all runs: what runs beside a timing is in it.
+        plan: the runs.
+        time: measures costs; called after all runs, because runs at the same time would slow the timed ones.
     """
     runs, guard = (yield plan.cases), ReferenceGuard()
     guard.check(plan.cases, runs)
-    # Those of few steps first. What a step of a failed run costs is of no use.
+    # Short runs first. The cost of a failed run is of no use.
     timed = [case for case in plan.cases if runs[case.key].outcome == COMPLETED]
     timings = time(sorted(timed, key=lambda case: case.settings.steps_per_revolution))
     engines = {rule.engine.name: rule.engine.version for rule in plan.rules}
@@ -120,12 +121,12 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
             SweptRule(
                 engine=rule.engine.name,
                 name=rule.rule.name,
-                orders=orders_along(rule.cases, runs),
-                lines=lines_of(rule),
+                orders=observed_orders(rule.cases, runs),
+                lines=rule_template(rule),
             )
             for rule in plan.rules
         ),
-        points=tuple(_points(plan, runs, timings, medians)),
+        points=tuple(_swept_points(plan, runs, timings, medians)),
         lengths=dict(plan.scene.lengths),
         distrust=guard.distrust,
     )
@@ -134,8 +135,8 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
 # -- rules and points --------------------------------------------------------------------------------------------------
 
 
-def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, ObservedOrder]:
-    """Order or plateau of each quantity along a refinement; runs that did not complete are left out.
+def observed_orders(cases: Sequence[RunCase], measurements: Results) -> dict[str, ObservedOrder]:
+    """Return the observed order or plateau of each quantity along a refinement, from completed runs.
 
     Raises:
         KeyError: a case has not been measured.
@@ -145,38 +146,42 @@ def orders_along(cases: Sequence[RunCase], measurements: Results) -> dict[str, O
     return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
 
 
-def lines_of(rule: RulePlan) -> dict[str, str]:
-    """Lines of a rule to paste, at any of its numbers of steps."""
+def rule_template(rule: RulePlan) -> dict[str, str]:
+    """Return the template of lines to paste for a rule, see `paste_template`."""
     settings = [(case.scene, case.settings) for case in rule.cases]
-    return shared_lines({own.steps_per_revolution: paste_of(rule.engine, scene, own) for scene, own in settings})
+    return paste_template({own.steps_per_revolution: paste_text(rule.engine, scene, own) for scene, own in settings})
 
 
-def paste_of(engine: Engine[Any], scene: Scene, settings: Settings) -> str:
-    """Settings as lines for a model or a program; the reason where the engine gives none."""
+def paste_text(engine: Engine[Any], scene: Scene, settings: Settings) -> str:
+    """Return settings as lines for a model or a program; the reason if the engine gives none."""
     can = capability(engine, PastableSettings)
     return f"# {can.reason}" if isinstance(can, MissingCapability) else can.paste(scene, settings)
 
 
-def _initial(engine: str, engines: Sequence[str]) -> str:
-    """The shortest beginning of an engine's name that no other one has, as capitals."""
+def _engine_prefix(engine: str, engines: Sequence[str]) -> str:
+    """Shortest prefix that distinguishes an engine's name from all others, in capitals."""
     others = [other for other in engines if other != engine]
     ends = range(1, len(engine) + 1)
     return next((engine[:k] for k in ends if not any(o.startswith(engine[:k]) for o in others)), engine).upper()
 
 
-def _points(
+def _swept_points(
     plan: SweepPlan,
     measurements: Results,
     timings: Timings,
     references: Mapping[str, float],
 ) -> Iterator[SweptPoint]:
-    """All points; a cost is that at the usual speed of the reference loop, whatever else the machine was doing."""
+    """Yield the points of all runs.
+
+    The cost of a revolution is its ratio to the reference loop times the median time of that loop [s], so that the
+    load of the machine does not matter.
+    """
     counts = Counter[str]()
     for rule, case in ((one, case) for one in plan.rules for case in one.cases):
         engine, found, timing = rule.engine.name, measurements[case.key], timings.get(case.key)
         counts[engine] += 1
         yield SweptPoint(
-            label=f"{_initial(engine, [one.engine.name for one in plan.rules])}{counts[engine]}",
+            label=f"{_engine_prefix(engine, [one.engine.name for one in plan.rules])}{counts[engine]}",
             key=case.key,
             engine=engine,
             rule=rule.rule.name,
