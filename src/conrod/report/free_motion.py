@@ -78,7 +78,7 @@ def _departure_text(result: MotionResult) -> str:
 
 def figures(studies: Iterable[MotionStudy]) -> list[Figure]:
     """Return an error figure for each study with at least one completed run."""
-    from conrod.report.charts.panels import free_motion_figure
+    from conrod.report.free_motion_charts import free_motion_figure
 
     alt = "Errors of position and energy of {} over time"
     return [

@@ -12,7 +12,6 @@ from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.result import Result, SceneResults
-from conrod.studies.validation.results import ValidationResult
 
 PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open"}
 KINEMATIC = "kinematic mode"
@@ -47,9 +46,9 @@ def verdict_words(result: Result) -> str:
 def lacking_words(result: Result) -> str:
     """Name the term of accelerations that the engine lacks, if it shows; empty otherwise."""
     look = engine_style(result.engine)
-    if not look.missing_term or not isinstance(result, ValidationResult):
+    if not look.missing_term:
         return ""
-    off = result.largest("acceleration")
+    off = result.acceleration_error
     if off is None or not off > MIN_ACCELERATION_LACK:
         return ""
     return f", though {look.title} lacks {look.missing_term}: accelerations are off by {numbers.measured_text(off)}"

@@ -128,7 +128,7 @@ def errors_table(study: TableStudy) -> Table:
 
 def figure(study: TableStudy) -> Figure | None:
     """Return the figure of errors over the run; None without errors."""
-    from conrod.report.charts.panels import table_figure
+    from conrod.report.trajectory_charts import table_figure
 
     return Figure("error", "Error of the table over the run", lambda: table_figure(study)) if study.errors else None
 

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from conrod.report import numbers, validation_tables
-from conrod.report.charts.styles import drawable_runs, engine_title, label
+from conrod.report.charts.styles import engine_title, label
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.results import scene_summary, scene_verdict
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.scenes import Scene
-from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult
+from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult, drawable_runs
 
 GRID_SHARE = 1e-4  # of a curve's span: less cannot be seen in a figure
 ERROR_DIGITS, POSE_DIGITS = 4, 3
@@ -78,9 +78,9 @@ tables = validation_tables  # for the page's template
 
 def figures(study: SceneStudy) -> dict[str, Figure]:
     """Return the figures of a scene's page by name; error figures only if a run completed."""
-    from conrod.report.charts.panels import error_figure, refinement_figure
     from conrod.report.drawing.drawing import mechanism_svg
     from conrod.report.html.moving import animated_svg, moving_machine
+    from conrod.report.validation_charts import error_figure, refinement_figure
 
     name = study.name
     drawn: dict[str, tuple[str, Any]] = {
@@ -113,7 +113,7 @@ def _live_html(part: Part[SceneStudy], anchor: str) -> str:
 
 def overview(index: Index[SceneStudy]) -> Figure:
     """Return the figure of the position errors of all engines on all machines."""
-    from conrod.report.charts.panels import overview_figure
+    from conrod.report.validation_charts import overview_figure
 
     scenes = {name: entry["summary"] for name, entry in index.entries.items()}
     alt = "Largest position error of every machine, engine and preset"

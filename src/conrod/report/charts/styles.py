@@ -8,7 +8,6 @@ from typing import Any
 from conrod.engines import ENGINES, PLUGIN_COLOURS, engine_style, line_style
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.result import Result
-from conrod.studies.validation.results import ValidationResult
 
 CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that belong to no engine
 
@@ -69,8 +68,3 @@ def preset_style(engine: str, name: str | None) -> dict[str, Any]:
         "markeredgewidth": 1.0,
         "zorder": preset.above,
     }
-
-
-def drawable_runs(results: tuple[ValidationResult, ...]) -> list[ValidationResult]:
-    """Return the dynamic runs with errors and curves to draw."""
-    return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]

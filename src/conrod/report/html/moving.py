@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -114,13 +113,6 @@ def animated_svg(machine: MovingMachine) -> str:
         f'height="{640 * height / width:.0f}"><style>{STYLE}</style><defs>{shapes}</defs>\n'
         f"{bodies[-1]}\n{moved}</svg>\n"
     )
-
-
-def inline_svg(svg: str, prefix: str) -> str:
-    """Prepare an SVG of `animated_svg` for a page, with a prefix that keeps its ids unique."""
-    shapes = re.sub("<style>.*?</style>", "", svg, flags=re.DOTALL)
-    shapes = shapes.replace("<svg ", '<svg aria-hidden="true" ', 1)
-    return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')
 
 
 def _animated_bodies(poses: Array, still: int, order: Sequence[int]) -> str:

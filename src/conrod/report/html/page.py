@@ -19,7 +19,6 @@ from conrod.report.figure import FOLDER as FIGURES
 from conrod.report.figure import with_spots
 from conrod.report.folder import restore_findings
 from conrod.report.html.markdown import Place, render_html
-from conrod.report.html.moving import inline_svg
 from conrod.report.kind import Kind, Part, kind_named
 from conrod.report.table import safe_html
 from conrod.studies.frame.writing import Batch
@@ -124,6 +123,13 @@ def image_html(svg: str, alt: str) -> str:
     for letter, written in {"%": "%25", "#": "%23", "\n": " ", "&": "&amp;", "'": "&#39;"}.items():
         address = address.replace(letter, written)
     return f'<span class="figure"><img src=\'data:image/svg+xml,{address}\' alt="{escape(alt)}"></span>'
+
+
+def inline_svg(svg: str, prefix: str) -> str:
+    """Prepare an animated SVG with ids `b0`, `b1`, ... for a page, with a prefix that keeps its ids unique."""
+    shapes = re.sub("<style>.*?</style>", "", svg, flags=re.DOTALL)
+    shapes = shapes.replace("<svg ", '<svg aria-hidden="true" ', 1)
+    return shapes.replace('id="b', f'id="{prefix}b').replace('href="#b', f'href="#{prefix}b')
 
 
 def tiles_html(pictures: Iterable[tuple[str, str, str]]) -> str:

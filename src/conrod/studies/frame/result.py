@@ -66,6 +66,11 @@ class Result(ABC):
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a quantity; None if the quantity has no error."""
 
+    @property
+    def acceleration_error(self) -> float | None:
+        """Largest acceleration error, normalised; None in studies that measure no acceleration."""
+        return None
+
     def judged_error(self, name: str) -> float | None:
         """Error that the tolerance of this name is compared with."""
         return self.largest(name)

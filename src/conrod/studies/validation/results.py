@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Self
 
@@ -160,6 +160,10 @@ class ValidationResult(Result):
         # `max` would pass over what is no number.
         return float(np.max(found)) if found else None
 
+    @property
+    def acceleration_error(self) -> float | None:
+        return self.largest("acceleration")
+
     def judged_error(self, name: str) -> float | None:
         if name == "phase":
             return None if self.phase is None else self.phase["max"]
@@ -170,3 +174,8 @@ class ValidationResult(Result):
 
 
 SceneStudy = SceneResults[ValidationResult]
+
+
+def drawable_runs(results: Sequence[ValidationResult]) -> list[ValidationResult]:
+    """Return the dynamic runs with errors and curves to draw."""
+    return [r for r in results if r.mode == "dynamic" and r.errors is not None and r.curves]
