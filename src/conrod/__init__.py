@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from conrod.api.ablate import ablate as ablate
     from conrod.api.audit import audit as audit
     from conrod.api.check import check as check
-    from conrod.api.check import check_fmu as check_fmu
-    from conrod.api.check import check_model as check_model
-    from conrod.api.check import check_table as check_table
     from conrod.api.export import export as export
+    from conrod.api.fmu import check_fmu as check_fmu
     from conrod.api.forces import forces as forces
     from conrod.api.free_motion import free_motion as free_motion
+    from conrod.api.harden import harden as harden
     from conrod.api.invariances import invariances as invariances
     from conrod.api.limits import limits as limits
+    from conrod.api.lint import lint as lint
     from conrod.api.loops import check_loops as check_loops
-    from conrod.api.models import harden as harden
-    from conrod.api.models import lint as lint
+    from conrod.api.model import check_model as check_model
     from conrod.api.sweep import recommend as recommend
     from conrod.api.sweep import sweep as sweep
+    from conrod.api.table import check_table as check_table
     from conrod.api.validate import validate as validate
     from conrod.api.versions import versions as versions
     from conrod.engines.mujoco import MuJoCoSettings as MuJoCoSettings
@@ -63,14 +63,18 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THRE
 _PUBLIC = {
     "conrod.api.ablate": ("ablate",),
     "conrod.api.audit": ("audit",),
-    "conrod.api.check": ("check", "check_fmu", "check_model", "check_table"),
+    "conrod.api.check": ("check",),
+    "conrod.api.model": ("check_model",),
+    "conrod.api.table": ("check_table",),
+    "conrod.api.fmu": ("check_fmu",),
     "conrod.api.export": ("export",),
     "conrod.api.forces": ("forces",),
     "conrod.api.free_motion": ("free_motion",),
     "conrod.api.invariances": ("invariances",),
     "conrod.api.limits": ("limits",),
     "conrod.api.loops": ("check_loops",),
-    "conrod.api.models": ("harden", "lint"),
+    "conrod.api.harden": ("harden",),
+    "conrod.api.lint": ("lint",),
     "conrod.api.sweep": ("recommend", "sweep"),
     "conrod.api.validate": ("validate",),
     "conrod.api.versions": ("versions",),

@@ -20,7 +20,7 @@ from conrod.exact.motion import Array
 from conrod.mjcf import harden_recipe as recipes
 from conrod.mjcf.equalities import constraint_violations
 from conrod.mjcf.harden import closed_start, harden_file, run_finer
-from conrod.mjcf.results import HardenedModel
+from conrod.mjcf.harden_results import HardenedModel
 from conrod.mjcf.runs import STATE
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"

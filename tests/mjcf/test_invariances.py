@@ -12,8 +12,8 @@ from command_line import conrod
 
 from conrod.mjcf.invariances.accelerations import Similarity, forward, with_converged_solver
 from conrod.mjcf.invariances.changes import SIMILARITIES, InvarianceBench, all_invariance_checks, similarities
+from conrod.mjcf.invariances.results import InvarianceOutcome
 from conrod.mjcf.invariances.study import study_declaration_orders
-from conrod.mjcf.results import InvarianceOutcome
 from conrod.mjcf.runs import run, state_of
 from conrod.own.models.loading import load_model
 from conrod.studies.frame.resolve_arguments import select_scene

@@ -19,11 +19,11 @@ from own_model_edits import replaced
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.anchors import parts_apart
+from conrod.mjcf.invariances.results import InvarianceOutcome
 from conrod.mjcf.invariances.study import study_invariances
 from conrod.mjcf.lint.bench import first_difference
 from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
 from conrod.mjcf.lint.linting import RULES, lint
-from conrod.mjcf.results import InvarianceOutcome
 from conrod.own.files import model_files
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank

@@ -14,6 +14,7 @@ from conrod.scenes import Scene
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.forces.results import GROUPS, ForceStudy
 from conrod.studies.forces.study import ForceCase, ForcePlan
+from conrod.studies.frame.baseline_check import BaselineCheck, scene_lines
 from conrod.studies.frame.resolve_arguments import (
     Engines,
     Scenes,
@@ -68,8 +69,6 @@ def forces(
     words |= {"steps-per-rev": steps_per_rev, "revolutions": None if revolutions == REVOLUTIONS else revolutions}
     check = None
     if baseline or accept:
-        from conrod.api.baselines import BaselineCheck  # it knows all kinds of findings
-
         check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs
 
@@ -78,7 +77,7 @@ def forces(
             return runner.pursue([presets_study(ForceCase, one, able, presets, plan) for one in several])
 
     (found,) = find([chosen])
-    compared = check.compare(found, find) if check else None
+    compared = check.compare(found, find, scene_lines) if check else None
     call = text_of_call(
         "forces",
         list(chosen),

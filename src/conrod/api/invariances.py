@@ -13,7 +13,7 @@ from conrod.api.in_memory import file_of_model
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import check_number
-from conrod.mjcf.results import Invariance, InvarianceStudy
+from conrod.mjcf.invariances.results import Invariance, InvarianceStudy
 from conrod.own.files import check_readable
 from conrod.own.models.request import Controls, controls_of
 from conrod.report.findings import Findings, text_of_call

@@ -12,6 +12,7 @@ from conrod.report.findings import Findings, text_of_call
 from conrod.report.validation import KIND
 from conrod.scenes import Scene
 from conrod.studies.execution.runner import Runner, Runs
+from conrod.studies.frame.baseline_check import BaselineCheck, scene_lines
 from conrod.studies.frame.resolve_arguments import (
     MAX_KEPT_SAMPLES,
     MAX_STREAMED_SAMPLES,
@@ -69,8 +70,6 @@ def validate(
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
     check = None
     if baseline or accept:
-        from conrod.api.baselines import BaselineCheck  # it knows all kinds of findings
-
         check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
@@ -79,7 +78,7 @@ def validate(
             return runner.pursue([_study(one, able, presets, plan, defects) for one in several])
 
     (found,) = find([chosen], qualify)
-    compared = check.compare(found, lambda several: find(several, False)) if check else None
+    compared = check.compare(found, lambda several: find(several, False), scene_lines) if check else None
     call = text_of_call(
         "validate",
         list(chosen),

@@ -123,7 +123,7 @@ def _refuse_kind(name: str, endings: Sequence[str]) -> None:
 
 
 def _check_model(name: str, asked: CheckOptions) -> None:
-    from conrod.api.check import TURNS, check_model
+    from conrod.api.model import TURNS, check_model
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.mechanism.units import parse_quantity
     from conrod.own.files import protected_model_files
@@ -184,7 +184,8 @@ def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, s
 
 
 def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
-    from conrod.api.check import READING_TIMEOUT, STEPS, TURNS, check_fmu, check_table
+    from conrod.api.fmu import STEPS, TURNS, check_fmu
+    from conrod.api.table import READING_TIMEOUT, check_table
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.report.trajectory import KIND, PART
     from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES, select_scene

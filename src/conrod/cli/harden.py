@@ -14,7 +14,7 @@ from conrod.api.files import MODELS
 from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.errors import InvalidInput
-from conrod.mjcf.results import HardenedModel
+from conrod.mjcf.harden_results import HardenedModel
 from conrod.own.files import check_readable, protected_model_files
 from conrod.report import numbers
 from conrod.report.table import Cell, ColouredCell, Verbatim, table
@@ -71,7 +71,7 @@ def harden(model: str, asked: HardenOptions) -> None:
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
     controls = controls_in(asked.controls)
 
-    from conrod.api.models import harden
+    from conrod.api.harden import harden
     from conrod.studies.execution.local import FILE_TIMEOUT
 
     with waiting(path, FILE_TIMEOUT):

@@ -64,7 +64,7 @@ def lint(model: str, asked: LintOptions) -> None:
     folder = real_path(files["--fix"]).parent if "--fix" in files else None
     controls = controls_in(asked.controls)
 
-    from conrod.api.models import lint
+    from conrod.api.lint import lint
     from conrod.studies.execution.local import FILE_TIMEOUT
 
     with waiting(path, FILE_TIMEOUT):

@@ -16,7 +16,7 @@ from conrod.cli.options import RUNS, VerificationOptions, columns_in, explicit_o
 from conrod.cli.outputs import reproduction
 from conrod.errors import InvalidInput, named_values
 from conrod.mechanism.units import parse_quantity
-from conrod.mjcf.results import InvarianceStudy
+from conrod.mjcf.invariances.results import InvarianceStudy
 from conrod.own.files import model_files
 from conrod.own.models.references import ALL_LENGTHS, length_names
 from conrod.own.models.results import ModelStudy

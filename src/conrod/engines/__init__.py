@@ -8,12 +8,13 @@ A package adds an engine with an entry point of the group `conrod.engines`, whos
 
 from __future__ import annotations
 
+import platform
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, entry_points, version
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
@@ -84,6 +85,16 @@ def engine_packages() -> tuple[str, ...]:
         look.distribution or name for name, look in OPTIONAL_ENGINES.items() if (look.module or name) in sys.modules
     ]
     return tuple(dict.fromkeys([*ENGINES, *loaded, *brought]))
+
+
+def environment() -> dict[str, str]:
+    """Return the versions of Python and packages, the machine and the system."""
+    return {
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "system": platform.system(),
+        **{name: version(name) for name in (*engine_packages(), "numpy")},
+    }
 
 
 def installed_extras() -> tuple[str, ...]:

@@ -19,7 +19,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf import harden_recipe as recipes
 from conrod.mjcf.equalities import REDUNDANT_ROW_SHARE, close_loops, constraint_violations, handle_indices
-from conrod.mjcf.results import HardenedModel, HardeningRun
+from conrod.mjcf.harden_results import HardenedModel, HardeningRun
 from conrod.mjcf.runs import Run, looping_stepper, run, state_of, user_model_errors
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls

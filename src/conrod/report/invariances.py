@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from conrod.mjcf.results import Invariance, InvarianceOutcome, InvarianceStudy
+from conrod.mjcf.invariances.results import Invariance, InvarianceOutcome, InvarianceStudy
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -11,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from conrod.crash import error_text
-from conrod.engines import engine_packages
+from conrod.engines import environment
 from conrod.errors import InvalidInput
 from conrod.report.folder import (
     EXACT_FIELDS,
@@ -142,16 +141,6 @@ def _document_head(kind: Kind[Any]) -> dict[str, Any]:
     return {
         "kind": kind.name, "schema": kind.schema, "conrod": version("conrod"), "environment": environment(),
     }  # fmt: skip
-
-
-def environment() -> dict[str, str]:
-    """Return the versions of Python and packages, the machine and the system."""
-    return {
-        "python": platform.python_version(),
-        "machine": platform.machine(),
-        "system": platform.system(),
-        **{name: version(name) for name in (*engine_packages(), "numpy")},
-    }
 
 
 def _kinds_in(folder: Path) -> list[str]:

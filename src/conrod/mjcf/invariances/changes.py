@@ -24,7 +24,7 @@ from conrod.mjcf.invariances.accelerations import (
     forward,
     with_converged_solver,
 )
-from conrod.mjcf.results import Invariance, InvarianceOutcome
+from conrod.mjcf.invariances.results import Invariance, InvarianceOutcome
 from conrod.mjcf.runs import data_at_state
 from conrod.own.models.loading import joint_kind
 

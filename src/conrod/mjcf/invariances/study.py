@@ -20,7 +20,7 @@ from conrod.engines.spanning_tree import grow_spanning_tree, tree_refusal
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.invariances import changes
-from conrod.mjcf.results import Invariance, InvarianceOutcome
+from conrod.mjcf.invariances.results import Invariance, InvarianceOutcome
 from conrod.mjcf.runs import MAX_SAMPLES, run, state_of, user_model_errors
 from conrod.own.models.loading import check_finite, data_at_start, load_model, start_words
 from conrod.own.models.request import Controls

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from conrod.engines import engine_packages
+from conrod.engines import engine_packages, environment
 from conrod.errors import InvalidInput
-from conrod.mjcf.results import InvarianceStudy
+from conrod.mjcf.invariances.results import InvarianceStudy
 from conrod.own.files import package_hash, sha256, stated_source
 from conrod.own.models.references import sensitivities, uncertainty_shares
 from conrod.own.models.results import ModelStudy
@@ -18,7 +18,6 @@ from conrod.report import invariances, numbers, trajectory
 from conrod.report.limits.tables import limits_table
 from conrod.report.table import table
 from conrod.report.verification.page import VerificationSection
-from conrod.report.writer import environment
 from conrod.scenes import Scene
 from conrod.studies.limits.results import LimitStudy
 

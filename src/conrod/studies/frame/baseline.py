@@ -20,7 +20,7 @@ from conrod.studies.frame.writing import single_file, write_together
 SCHEMA, MARK = 1, "conrod_baseline"
 LAST_BIT = 2.0**-52
 # Runs at speeds that differ in the last bits round otherwise at every step, as another processor or compiler does.
-SPEED_FACTORS = tuple(1.0 + k * LAST_BIT for k in (-2, -1, 1, 2))
+SPEED_FACTORS = (1.0 - 2.0 * LAST_BIT, 1.0 - LAST_BIT, 1.0 + LAST_BIT, 1.0 + 2.0 * LAST_BIT)
 # Student's t for as many deviations as there are factors: one in a million is larger.
 BAND_DEVIATIONS = 49.46
 MIN_RELATIVE_BAND = (

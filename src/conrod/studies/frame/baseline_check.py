@@ -1,4 +1,4 @@
-"""Findings compared with the baseline that an earlier call wrote, see `conrod.studies.frame.baseline`."""
+"""Compare findings with the baseline that an earlier call wrote, see `conrod.studies.frame.baseline`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from conrod.engines import environment
 from conrod.errors import InvalidInput
-from conrod.own.models.results import AS_GIVEN, OWN, JudgedRun, ModelStudy
-from conrod.own.tables.errors import ERRORS
-from conrod.own.tables.study import TableStudy
-from conrod.report.writer import environment
 from conrod.runs.plain_values import plain_values
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
@@ -24,6 +21,8 @@ from conrod.studies.frame.case import QUANTITIES, identity_digest
 from conrod.studies.frame.files import check_writable_folder
 from conrod.studies.frame.resolve_arguments import TOLERANCE_NAMES
 from conrod.studies.frame.result import Result, SceneResults
+
+Study = TypeVar("Study")
 
 
 @dataclass(frozen=True)
@@ -74,15 +73,21 @@ class BaselineCheck:
         return cls(file, accept, scenes, before, now)
 
     def compare(
-        self, found: Sequence[Any], find: Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Any]]]
+        self,
+        found: Sequence[Study],
+        find: Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Study]]],
+        lines_of: Callable[[Sequence[Study]], dict[str, BaselineLine]],
+        bands_like: Mapping[str, str] | None = None,
     ) -> BaselineComparison:
         """Compare findings with the baseline, which is written where it is to be.
 
         Args:
             find: finds the same of other scenes: at speeds that differ in the last bits, which shows how far rounding
                 carries each number.
+            lines_of: returns the findings as the lines of a baseline, by their names.
+            bands_like: lines, each with another line whose bands it has too: one that no change of speed reaches.
         """
-        now, drift = replace(self.now, results=_lines_of(found)), None
+        now, drift = replace(self.now, results=lines_of(found)), None
         if self.before is not None and self.before.hash == now.hash:
             drift = baseline.compare_baselines(self.file, self.before, now)
         if drift is not None and (not self.accept or drift == BaselineComparison(self.file)):
@@ -91,49 +96,35 @@ class BaselineCheck:
             {name: one.with_parameters(speed=one.speed * factor) for name, one in self.scenes.items()}
             for factor in baseline.SPEED_FACTORS
         ]
-        like = {AS_GIVEN: OWN} if OWN in now.results else {}
-        again = [_lines_of(one) for one in find(others)]
+        like = {line: other for line, other in (bands_like or {}).items() if other in now.results}
+        again = [lines_of(one) for one in find(others)]
         baseline.write_baseline(self.file, baseline.with_bands(now, again, like))
         return replace(drift or BaselineComparison(self.file), written=True, accepted=self.accept)
 
 
-def _lines_of(found: Sequence[Any]) -> dict[str, BaselineLine]:
-    """The lines of studies of scenes, or of the one of a model or a table."""
-    study = found[0]
-    if isinstance(study, SceneResults):
-        pairs = [(f"{one.name} " if len(found) > 1 else "", result) for one in found for result in one.results]
-        return {f"{name}{one.engine} {one.preset or 'kinematic'}": _result(one) for name, one in pairs}
-    if isinstance(study, TableStudy):
-        sizes = {name: study.largest(name) for name in (*ERRORS, "phase")}
-        return {"table": _line("completed", study.passed, sizes)}
-    assert isinstance(study, ModelStudy)
-    runs = [*study.runs.values(), *([study.own_run] if study.own_run else [])]
-    paths = _line("completed", study.is_machine, {"position": study.identity.largest})
-    return {"paths": paths} | {run.label: _run(study, run) for run in runs}
+def scene_lines(found: Sequence[SceneResults[Any]]) -> dict[str, BaselineLine]:
+    """Return the results on scenes as lines of a baseline: one for each engine and preset."""
+    pairs = [(f"{one.name} " if len(found) > 1 else "", result) for one in found for result in one.results]
+    return {f"{name}{one.engine} {one.preset or 'kinematic'}": _result_line(one) for name, one in pairs}
 
 
-def _result(result: Result) -> BaselineLine:
+def _result_line(result: Result) -> BaselineLine:
     orders = result.order or {}
     # Whatever may be judged: tolerances may be others the next time.
     names = [*orders, *(TOLERANCE_NAMES if result.preset else QUANTITIES)] if result.completed else []
     sizes = {name: result.judged_error(name) for name in names} | {
         f"{ORDER_PREFIX}{name}": orders[name] for name in orders
     }
-    return _line(result.outcome, result.passed, sizes, getattr(result, "settings", None))
+    return baseline_line(result.outcome, result.passed, sizes, getattr(result, "settings", None))
 
 
-def _run(study: ModelStudy, run: JudgedRun) -> BaselineLine:
-    passed = not study.exceeded_limits(run) if run in study.judged else None
-    sizes = {} if run.errors is None else {q: run.worst(q) for q in QUANTITIES} | {"phase": run.phase}
-    return _line(run.outcome.slug, passed, sizes)
-
-
-def _line(
+def baseline_line(
     outcome: str,
     passed: bool | None,
     sizes: Mapping[str, float | None],
     settings: Mapping[str, Any] | None = None,
 ) -> BaselineLine:
+    """Return a line of a baseline from an outcome, a verdict, and sizes; those without a number are left out."""
     numbers = {
         name: BandedNumber(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)
     }
