@@ -13,7 +13,16 @@ from conrod.engines.capabilities import MissingCapability, SettingsVariations, c
 from conrod.engines.engine import run_extent
 from conrod.exact.motion import Array
 from conrod.runs.trajectory import Instants, Piece, Track
-from conrod.studies.detection.defects import MASS, MOTION, PERCENT, Defect, Plant, Recording, on_run, with_tracks
+from conrod.studies.detection.defects import (
+    MASS_DEFECT,
+    MOTION_DEFECTS,
+    PERCENT,
+    Defect,
+    DefectFunction,
+    Recording,
+    change_tracks,
+    place_in_recording,
+)
 from conrod.studies.detection.qualification import QualificationCase
 
 
@@ -49,10 +58,10 @@ def _sign(given: Recording, share: float) -> Piece:
         values[:, axis] *= 1.0 - 2.0 * share
         return replace(track, values=values)
 
-    return with_tracks(given.run, "velocity", swapped)
+    return change_tracks(given.run, "velocity", swapped)
 
 
-def _missing_term(given: Recording) -> Iterator[tuple[str, Plant]]:
+def _missing_term_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
     """Accelerations without the centripetal term of their point about its body's centre of gravity."""
     mechanism = given.reference.mechanism()
     for which, observed in enumerate(mechanism.observed):
@@ -67,13 +76,13 @@ def _missing_term(given: Recording) -> Iterator[tuple[str, Plant]]:
                 spin = slopes[:, i + 2] * track.instants.rate
                 return replace(track, values=track.values + share * spin[:, None] ** 2 * out)
 
-            return replace(now, run=with_tracks(now.run, "acceleration", left, which))
+            return replace(now, run=change_tracks(now.run, "acceleration", left, which))
 
         if arm.any():
             yield observed.name, without
 
 
-def _softness(given: Recording) -> Iterator[tuple[str, Plant]]:
+def _softness_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
     """The run made again, with joints or contacts that take so many steps longer to mend an error."""
     trajectory = given.run.trajectory
     engine, settings = engine_named(trajectory.engine), trajectory.settings
@@ -88,16 +97,16 @@ def _softness(given: Recording) -> Iterator[tuple[str, Plant]]:
         machine: Any = now.reference
         start = run_extent(machine, settings.steps_per_revolution, trajectory.revolutions)[0]
         changed = varied.with_time_constant(machine, settings, own + abs(steps))
-        return Recording.of(engine, machine, changed, trajectory.revolutions, start)
+        return Recording.from_engine(engine, machine, changed, trajectory.revolutions, start)
 
     yield "", softer
 
 
 MORE = (
-    Defect("time step", PERCENT, 1e-4, 1.0, on_run(_slow_clock)),
-    Defect("sign of a velocity", "% of the way", 1.0, 1.0, on_run(_sign)),
-    Defect("missing term of an acceleration", PERCENT, 1.0, 1.0, _missing_term),
-    Defect("softness", "steps", 20.0, 1000.0, _softness),
+    Defect("time step", PERCENT, 1e-4, 1.0, place_in_recording(_slow_clock)),
+    Defect("sign of a velocity", "% of the way", 1.0, 1.0, place_in_recording(_sign)),
+    Defect("missing term of an acceleration", PERCENT, 1.0, 1.0, _missing_term_places),
+    Defect("softness", "steps", 20.0, 1000.0, _softness_places),
 )
 
 
@@ -106,4 +115,4 @@ class DetectionCase(QualificationCase):
     """A run of a scene in an engine with a preset, judged with every defect planted in it."""
 
     study: ClassVar[str] = "detection"
-    defects: ClassVar[tuple[Defect, ...]] = (*MOTION, *MORE, MASS)
+    defects: ClassVar[tuple[Defect, ...]] = (*MOTION_DEFECTS, *MORE, MASS_DEFECT)

@@ -34,7 +34,7 @@ from conrod.studies.frame.files import folder_to_write
 from conrod.studies.frame.result import case_results
 from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.results import Noticed, ValidationResult
+from conrod.studies.validation.results import DefectVerdict, ValidationResult
 
 # Healthy machines of each of the scenes, of the catalogue, and of those with a cam, whose runs take 100 times as long.
 MANY, FEW = 200, 25
@@ -94,7 +94,7 @@ def _kinds(machines: Sequence[Machine]) -> dict[tuple[str, str], str]:
     return found
 
 
-def _found_of(verdict: ValidationResult) -> dict[str, tuple[Noticed, ...]]:
+def _found_of(verdict: ValidationResult) -> dict[str, tuple[DefectVerdict, ...]]:
     return {} if verdict.qualified is None else vars(verdict.qualified)
 
 

@@ -14,7 +14,7 @@ from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.frame.result import EngineCase
-from conrod.studies.validation.plan import Plan, begun, started
+from conrod.studies.validation.plan import Plan, empty_result, prepare_run
 from conrod.studies.validation.results import ValidationResult
 
 PARAMETERS, SPEEDS = 0.2, math.log(5.0)  # largest change of a parameter, of the logarithm of the speed
@@ -35,7 +35,7 @@ class VariantCase(EngineCase[ValidationResult]):
     start_angle: float
 
     def empty_result(self) -> ValidationResult:
-        return started(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
+        return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:
         return replace(self.empty_result(), outcome=outcome.slug, reason=reason, passed=False)
@@ -45,7 +45,7 @@ class VariantCase(EngineCase[ValidationResult]):
         return {"settings": settings, "start_angle": self.start_angle}
 
     def run(self) -> ValidationResult:
-        result, settings, start = begun(
+        result, settings, start = prepare_run(
             self.name, self.scene, self.loaded_engine, str(self.preset), self.plan, self.start_angle
         )
         if not result.completed or not result.limits:

@@ -25,7 +25,7 @@ from conrod.scenes import (
 )
 from conrod.studies.frame.resolve_arguments import arguments_of_files, select_scene, select_scenes
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.study import validate_kinematic, validation
+from conrod.studies.validation.study import validate_kinematic, validation_study
 
 NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")
@@ -101,7 +101,7 @@ def test_wheel_contains_mechanism_files(tmp_path: Path) -> None:
 
 
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:
-    for case in next(validation({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan)):
+    for case in next(validation_study({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan)):
         result = case.run()
         assert result.passed is not False, (name, engine, case.preset, result.reason, result.out_of_tolerance())
         assert result.outcome != "unsupported" or result.reason

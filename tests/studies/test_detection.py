@@ -14,9 +14,15 @@ from conrod.engines.engine import run_extent
 from conrod.engines.mujoco import MuJoCoSettings, dynamics, exchanged_inertia
 from conrod.engines.numerics import phase_bound
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.detection.defects import MOTION, Recording
-from conrod.studies.detection.qualification import FINE, QualificationCase, motion_judge, noticed_by, smallest_noticed
-from conrod.studies.validation.plan import Plan, begun
+from conrod.studies.detection.defects import MOTION_DEFECTS, Recording
+from conrod.studies.detection.qualification import (
+    SIZE_RATIO,
+    QualificationCase,
+    failure_reasons,
+    motion_judge,
+    smallest_noticed_size,
+)
+from conrod.studies.validation.plan import Plan, prepare_run
 
 SAW = SCENES["saw-500rpm"]
 CHEAP = Plan(250, 0.5)
@@ -32,31 +38,31 @@ def qualified(tolerance: float | None = None) -> Any:
 
 @pytest.mark.parametrize("threshold", [3.7e-9, 0.9])
 def test_bisection_finds_a_known_threshold(threshold: float) -> None:
-    found = smallest_noticed(lambda size: size > threshold, 1.0)
-    assert threshold <= found <= FINE * threshold
+    found = smallest_noticed_size(lambda size: size > threshold, 1.0)
+    assert threshold <= found <= SIZE_RATIO * threshold
 
 
 def test_every_defect_of_a_motion_is_noticed_and_masses_cannot_be_seen_in_it() -> None:
     found = {one.defect: one for one in qualified().motion}
-    assert set(found) == {one.name for one in MOTION} | MASS
+    assert set(found) == {one.name for one in MOTION_DEFECTS} | MASS
     assert {name for name, one in found.items() if not one.by} == MASS
     assert {name for name, one in found.items() if not one.visible} == MASS
     assert found["other branch"].by == ("flipped",)
     assert found["run cut short"].by == ("crashed",)
     for one in qualified().motion:
         assert one.smallest is None or one.smallest < one.size
-    assert not qualified().blind
+    assert not qualified().notices_nothing
 
 
 def test_a_blind_judge_is_told() -> None:
     blind = qualified(tolerance=1e6)
-    assert blind.blind
+    assert blind.notices_nothing
     # What has no size is noticed all the same: it alone makes no verdict.
     assert {one.defect for one in blind.motion if one.by} == {"other branch", "run cut short", "no number in a sample"}
-    result = replace(begun("saw", SAW, engine_named("mujoco"), "tuned", CHEAP)[0], passed=True)
-    assert result.with_qualified(blind).passed is False
-    assert "no verdict" in result.with_qualified(blind).faults()[0]
-    assert result.with_qualified(qualified()).passed is True
+    result = replace(prepare_run("saw", SAW, engine_named("mujoco"), "tuned", CHEAP)[0], passed=True)
+    assert result.with_qualification(blind).passed is False
+    assert "no verdict" in result.with_qualification(blind).faults()[0]
+    assert result.with_qualification(qualified()).passed is True
 
 
 @pytest.mark.slow
@@ -69,13 +75,16 @@ def test_forces_show_the_masses_that_the_motion_does_not() -> None:
 
 def test_nothing_planted_is_nothing_noticed() -> None:
     engine = engine_named("pymunk")
-    result, settings, start = begun("saw", SAW, engine, "tuned", CHEAP)
-    given, judge = Recording.of(engine, SAW, settings, result.revolutions, start), motion_judge(result, SAW, None)
+    result, settings, start = prepare_run("saw", SAW, engine, "tuned", CHEAP)
+    given, judge = (
+        Recording.from_engine(engine, SAW, settings, result.revolutions, start),
+        motion_judge(result, SAW, None),
+    )
     assert judge(given).passed is True
-    for defect in MOTION:
+    for defect in MOTION_DEFECTS:
         if defect.unit:
-            for _, plant in defect.plants(given):
-                assert noticed_by(judge(plant(given, 0.0))) == ()
+            for _, plant in defect.places(given):
+                assert failure_reasons(judge(plant(given, 0.0))) == ()
 
 
 @pytest.mark.parametrize("number", [0, 1])

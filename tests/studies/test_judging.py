@@ -25,7 +25,7 @@ from conrod.studies.frame.result import AS_ASKED, presets_study, refinement_path
 from conrod.studies.frame.run import RunCase
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
 from conrod.studies.validation.plan import Plan
-from conrod.studies.validation.results import Noticed, Qualified, Tolerance, ValidationResult
+from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validate_kinematic
 
 SAW: Any = SCENES["saw-40rpm"]
@@ -76,8 +76,8 @@ def test_what_is_no_number_is_not_passed_over_beside_a_smaller_error() -> None:
 
 def test_a_verdict_that_notices_nothing_is_none_but_for_one_who_asks_for_other_tolerances() -> None:
     for smallest, passed in ((None, False), (1e-9, True)):
-        seen = Noticed("longer rod", "m", "rod", 1e-3, (), smallest)
-        found = result({"position": WITHIN}, qualified=Qualified((seen,), ()))
+        seen = DefectVerdict("longer rod", "m", "rod", 1e-3, (), smallest)
+        found = result({"position": WITHIN}, qualified=Qualification((seen,), ()))
         assert found.with_verdict().passed is passed
         assert found.with_verdict({"position": ALLOWED}).passed is True
 

@@ -19,7 +19,7 @@ from conrod.studies.frame import run as measuring
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.prediction import predicted_errors
 from conrod.studies.frame.run import RunCase, clamp_to_span, measure, unsupported_measurement
-from conrod.studies.validation.plan import POSES, Plan, validate_dynamic
+from conrod.studies.validation.plan import DRAWN_POSES, Plan, validate_dynamic
 
 SAW: Any = SCENES["saw-40rpm"]
 GENEVA: Any = scene_named("geneva")
@@ -122,7 +122,7 @@ def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and
 
 def test_errors_of_drawn_poses_are_those_of_the_points_and_a_planted_one_is_not() -> None:
     run = validate_dynamic("saw", SAW, engine_named("pymunk"), "stock", Plan(240))
-    assert run.poses.values.shape == (POSES + 1, 9)
+    assert run.poses.values.shape == (DRAWN_POSES + 1, 9)
     exact = SAW.motion(run.poses.angle, SAW.speed).point("C").position
     for share, right in ((1.0, True), (1.1, False)):
         poses = SAW.kinematics.poses(run.poses.angle) + share * run.poses.values

@@ -26,7 +26,7 @@ from conrod.studies.frame.resolve_arguments import (
 )
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import SceneStudy
-from conrod.studies.validation.study import validation
+from conrod.studies.validation.study import validation_study
 
 REVOLUTIONS = 2
 
@@ -99,9 +99,9 @@ def _study(
     plan: Plan,
     defects: bool,
 ) -> Generator[Any, Any, Sequence[SceneStudy]]:
-    found = yield from validation(scenes, engines, presets, plan)
+    found = yield from validation_study(scenes, engines, presets, plan)
     if not defects:
         return found
-    from conrod.studies.detection.qualification import qualified
+    from conrod.studies.detection.qualification import qualification_study
 
-    return (yield from qualified(found, scenes, engines, plan))
+    return (yield from qualification_study(found, scenes, engines, plan))

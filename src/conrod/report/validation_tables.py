@@ -13,7 +13,7 @@ from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.runs.trajectory import Outcome
 from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
+from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
@@ -115,7 +115,7 @@ def qualification_table(study: SceneStudy) -> Table:
     return noticed_table(study.name, runs)
 
 
-def noticed_table(name: str, runs: Mapping[str, Qualified]) -> Table:
+def noticed_table(name: str, runs: Mapping[str, Qualification]) -> Table:
     """Return a row for each planted defect, a column for each verdict."""
     by_run = [{(kind, one.defect): one for kind, some in vars(q).items() for one in some} for q in runs.values()]
     rows = [
@@ -129,7 +129,7 @@ def noticed_table(name: str, runs: Mapping[str, Qualified]) -> Table:
     return table(["defect", "size", *runs], rows, title=f"{name}: {QUALIFICATION}")
 
 
-def _noticed_cell(found: Noticed | None) -> Cell:
+def _noticed_cell(found: DefectVerdict | None) -> Cell:
     if found is None:
         return "not judged"
     if not found.visible:

@@ -1,1 +1,1 @@
-"""Would the verdict notice? Defects of known size planted into runs, and healthy runs that must pass."""
+"""Detection of defects: does a verdict notice defects of known size that are planted?"""

@@ -1,7 +1,7 @@
-"""Defects that `conrod validate --qualify` plants: in what was recorded, or in the machine that it is compared with.
+"""Defects that `conrod validate --qualify` plants, in a recorded run or in its reference.
 
-A run of a right model against a machine with a longer rod is as far off as one of a wrong model against the right
-machine, and needs no run of its own.
+A run of a right model, compared with a reference that has a longer rod, has the errors of a wrong model compared with
+the right reference, and needs no second run.
 """
 
 from __future__ import annotations
@@ -31,93 +31,105 @@ from conrod.runs.trajectory import (
 )
 from conrod.scenes import Scene
 
-ASSEMBLIES, APART = 40, 0.01  # starts from which another assembly is looked for; of the size, how far it is off
-FREE_FALL = (0.0, -9.81)  # [m/s^2]
+ASSEMBLY_TRIES = 40  # random starts from which another assembly is searched for
+MIN_POINT_DISTANCE = 0.01  # of the machine's size, by which a point of another assembly has to be elsewhere
+FREE_FALL_ACCELERATION = (0.0, -9.81)  # [m/s^2]
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A run as it was recorded, and the machine that it is compared with."""
+    """A recorded run, and the reference that it is compared with."""
 
     run: Piece
     reference: ExactReference
 
     @classmethod
-    def of(cls, engine: Engine[Any], scene: ExactReference, settings: Any, turns: float, start_angle: float) -> Self:
-        """The run of an engine, as one piece."""
-        steps = max(round(settings.steps_per_revolution * turns), 1)
-        return cls(concatenate_pieces(list(engine.run(scene, settings, turns, start_angle, steps))), scene)
+    def from_engine(
+        cls, engine: Engine[Any], scene: ExactReference, settings: Any, revolutions: float, start_angle: float
+    ) -> Self:
+        """Run a scene in an engine from a start angle [rad], and record it as one piece."""
+        steps = max(round(settings.steps_per_revolution * revolutions), 1)
+        return cls(concatenate_pieces(list(engine.run(scene, settings, revolutions, start_angle, steps))), scene)
 
 
-Plant = Callable[[Recording, float], Recording]
-Plants = Callable[[Recording], Iterator[tuple[str, Plant]]]  # by where they are planted; none where there is no place
+# Returns a recording with a defect of a size planted.
+DefectFunction = Callable[[Recording, float], Recording]
+# Yields the names of the places where a recording can have a defect, each with the function that plants it there.
+DefectPlaces = Callable[[Recording], Iterator[tuple[str, DefectFunction]]]
 
 
 @dataclass(frozen=True)
 class Defect:
-    """One kind of defect.
+    """A kind of defect, with the places where it can be planted.
 
     Attributes:
-        unit: of its size, in words; empty where it has none.
-        size: that `--qualify` plants; smaller and larger ones are found by bisection.
-        largest: size up to which it is looked for.
-        plants: by where they are planted, of a run; none where the machine has no such place.
+        unit: unit of its size, in words; empty if it has no size.
+        size: size that `--qualify` plants; the smallest noticed size is found by bisection.
+        largest: largest size that is tried.
+        places: places of the defect in a recording; none if the machine has no such place.
     """
 
     name: str
     unit: str
     size: float
     largest: float
-    plants: Plants
+    places: DefectPlaces
 
 
-# -- changes of what was recorded --------------------------------------------------------------------------------------
+# -- changes of the recorded run ---------------------------------------------------------------------------------------
 
 
-def on_run(change: Callable[[Recording, float], Piece]) -> Plants:
-    """Plants of a change of what was recorded, in one place."""
+def place_in_recording(change: Callable[[Recording, float], Piece]) -> DefectPlaces:
+    """Return the only place, without a name, of a defect that changes the recorded run."""
     return lambda _: iter([("", lambda given, size: replace(given, run=change(given, size)))])
 
 
-def with_tracks(run: Piece, quantity: str, change: Callable[[str, Track], Track], which: int | None = None) -> Piece:
-    """The run with other samples of a quantity, of one observed point or of all."""
+def change_tracks(run: Piece, quantity: str, change: Callable[[str, Track], Track], which: int | None = None) -> Piece:
+    """Return a run with changed samples of a quantity.
+
+    Args:
+        change: returns the changed track of an observed point, from the point's name and its track.
+        which: index of the only point to change; None for all observed points.
+    """
     points = dict(run.trajectory.points)
     for name in list(points)[slice(which, None if which is None else which + 1)]:
         points[name] = replace(points[name], **{quantity: change(name, getattr(points[name], quantity))})
     return replace(run, trajectory=replace(run.trajectory, points=points))
 
 
-def _stamped_early(given: Recording, steps: float) -> Piece:
-    """Velocities that are said to be of an instant before their own."""
-    by = steps * given.run.trajectory.settings.timestep
+def _stamp_velocities_early(given: Recording, steps: float) -> Piece:
+    """Return the run with velocities stamped a number of steps before their instants."""
+    advance = steps * given.run.trajectory.settings.timestep
 
-    def early(_: str, track: Track) -> Track:
+    def stamp_early(_: str, track: Track) -> Track:
         at = track.instants
-        return replace(track, instants=replace(at, times=at.times - by, angle=at.angle - by * at.rate))
+        return replace(track, instants=replace(at, times=at.times - advance, angle=at.angle - advance * at.rate))
 
-    return with_tracks(given.run, "velocity", early)
+    return change_tracks(given.run, "velocity", stamp_early)
 
 
-def _left_gravity(given: Recording, share: float) -> Piece:
-    """Accelerations as an accelerometer tells them, without free fall."""
-    return with_tracks(
-        given.run, "acceleration", lambda _, track: replace(track, values=track.values - share * np.array(FREE_FALL))
+def _leave_gravity_in(given: Recording, share: float) -> Piece:
+    """Return the run with accelerations a - share g, which an accelerometer measures at share 1."""
+    return change_tracks(
+        given.run,
+        "acceleration",
+        lambda _, track: replace(track, values=track.values - share * np.array(FREE_FALL_ACCELERATION)),
     )
 
 
-def _no_number(given: Recording, _: float) -> Piece:
-    """A position in the middle that is no number."""
+def _insert_nan(given: Recording, _: float) -> Piece:
+    """Return the run with NaN for the position in the middle."""
 
-    def spoilt(_: str, track: Track) -> Track:
+    def insert_nan(_: str, track: Track) -> Track:
         values = track.values.copy()
         values[len(values) // 2] = math.nan
         return replace(track, values=values)
 
-    return with_tracks(given.run, "position", spoilt)
+    return change_tracks(given.run, "position", insert_nan)
 
 
-def _cut_short(given: Recording, share: float) -> Piece:
-    """Without so much of its end, and said to be whole."""
+def _cut_end(given: Recording, share: float) -> Piece:
+    """Return the run without the last share of its samples, still with its outcome `completed`."""
     run, samples = given.run, len(given.run.clock)
     kept = samples - math.ceil(share * samples - 1e-9)
     cut = ArrayMapper(lambda parts: parts[0][: max(2, kept - samples + len(parts[0]))])
@@ -127,111 +139,128 @@ def _cut_short(given: Recording, share: float) -> Piece:
     return replace(run, clock=run.clock[:kept], trajectory=replace(trajectory, points=points, bodies=bodies))
 
 
-def _other_branch(given: Recording) -> Iterator[tuple[str, Plant]]:
-    """The run of the machine put together in another way; of a machine that has one."""
-    other = another_assembly(given.reference)
+def other_branch_place(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
+    """Yield the motion on another branch as a defect, if the machine has another branch."""
+    other = find_other_assembly(given.reference)
     if other is None:
         return
 
-    def states(at: Instants) -> BodyStates:
-        poses, slopes, bends = other.derivatives(at.angle, 2)
-        rate, turn = at.rate[:, None], at.acceleration[:, None]
-        return BodyStates(at, poses, slopes * rate, bends * rate**2 + slopes * turn)
+    def body_states(at: Instants) -> BodyStates:
+        """Chain rule for poses q(theta): dq/dt = q' omega, d2q/dt2 = q'' omega^2 + q' alpha."""
+        poses, first, second = other.derivatives(at.angle, 2)
+        omega, alpha = at.rate[:, None], at.acceleration[:, None]
+        return BodyStates(at, poses, first * omega, second * omega**2 + first * alpha)
 
-    def flipped(now: Recording, _: float) -> Recording:
+    def flip_branch(now: Recording, _: float) -> Recording:
+        """Replace all recorded states by exact states on another branch at the same instants."""
         tracks = next(iter(now.run.trajectory.points.values()))
-        three = [states(one.instants) for one in (tracks.position, tracks.velocity, tracks.acceleration)]
-        told = [other.point_derivatives([one.poses, one.rates, one.accelerations]) for one in three]
+        states = [body_states(track.instants) for track in (tracks.position, tracks.velocity, tracks.acceleration)]
+        derivatives = [other.point_derivatives([at.poses, at.rates, at.accelerations]) for at in states]
         points = {
             name: PointTracks(
-                *(Track(at.instants, one[name][k]) for k, (at, one) in enumerate(zip(three, told, strict=True)))
+                *(
+                    Track(at.instants, by_point[name][order])
+                    for order, (at, by_point) in enumerate(zip(states, derivatives, strict=True))
+                )
             )
             for name in now.run.trajectory.points
         }
-        bodies = now.run.trajectory.bodies and BodyTracks(*three)
+        bodies = now.run.trajectory.bodies and BodyTracks(*states)
         trajectory = replace(now.run.trajectory, points=points, bodies=bodies)
         return replace(now, run=replace(now.run, trajectory=trajectory))
 
-    yield "", flipped
+    yield "", flip_branch
 
 
-# -- the machine that it is compared with -----------------------------------------------------------------------------
+# -- changes of the machine that the run is compared with -------------------------------------------------------------
+
+# Yields the names of places in a mechanism, each with the function that returns the mechanism changed there by a size.
+MechanismChanges = Callable[[Mechanism], Iterator[tuple[str, Callable[[float], Mechanism]]]]
 
 
-def _machines(places: Callable[[Mechanism], Iterator[tuple[str, Callable[[float], Mechanism]]]]) -> Plants:
-    """Plants of changed mechanisms, by the generic solver."""
+def _places_in_mechanism(changes: MechanismChanges) -> DefectPlaces:
+    """Return the places of a defect that changes the mechanism of the reference."""
 
     def plant(changed: Callable[[float], Mechanism], given: Recording, size: float) -> Recording:
         return replace(given, reference=GenericReference(changed(size), given.reference.speed))
 
-    return lambda given: ((where, partial(plant, one)) for where, one in places(given.reference.mechanism()))
+    return lambda given: ((where, partial(plant, one)) for where, one in changes(given.reference.mechanism()))
 
 
-def _with_place(mechanism: Mechanism, name: str, end: str, at: Any, by: Any, size: float) -> Mechanism:
-    """The mechanism with the point at one end of a joint moved from a place by so many times a way."""
+def _move_joint_point(mechanism: Mechanism, name: str, end: str, at: Any, by: Any, size: float) -> Mechanism:
+    """Return the mechanism with a joint's point on one of its bodies moved to at + size by.
+
+    Args:
+        name: name of the joint.
+        end: "point_a" or "point_b".
+        at, by: point and displacement (2,) in the body's frame [m].
+    """
     change: Any = {end: tuple((np.asarray(at) + size * np.asarray(by)).tolist())}
     joints = tuple(replace(joint, **change) if joint.name == name else joint for joint in mechanism.joints)
     return replace(mechanism, joints=joints)
 
 
-def _links(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
-    """Distances of the pins of each link, the crank too, from its first one."""
+def _link_length_changes(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[float], Mechanism]]]:
+    """Yield changes, as a share, of the distance from the first pin of a body to each other pin."""
     for body in mechanism.bodies:
         ends = [(j, "point_a" if j.a == body.name else "point_b") for j in mechanism.joints_on(body.name)]
         pins: list[tuple[str, str, Point]] = [
             (joint.name, end, getattr(joint, end)) for joint, end in ends if isinstance(joint, Revolute)
         ]
         for name, end, place in pins[1:]:
-            way = np.subtract(place, pins[0][2])
-            if way.any():
-                yield body.name, partial(_with_place, mechanism, name, end, place, way)
+            length = np.subtract(place, pins[0][2])
+            if length.any():
+                yield body.name, partial(_move_joint_point, mechanism, name, end, place, length)
 
 
-def lengths(given: Recording) -> Iterator[tuple[str, Plant]]:
-    """Lengths of links, and of a machine with a cam all lengths that the scene names."""
+def length_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
+    """Yield wrong lengths of links; in a machine with a cam, of all parameters in metres, too."""
 
-    def scaled(name: str, now: Recording, share: float) -> Recording:
+    def scale_parameter(name: str, now: Recording, share: float) -> Recording:
         scene: Any = now.reference
         return replace(now, reference=scene.with_parameters(**{name: (1.0 + share) * scene.parameters[name]}))
 
-    yield from _machines(_links)(given)
+    yield from _places_in_mechanism(_link_length_changes)(given)
     scene = given.reference
     if isinstance(scene, Scene) and scene.mechanism().cam_contacts:
         for name, fact in scene.parameter_facts().items():
             if fact.unit == "m" and scene.parameters[name]:
-                yield name, partial(scaled, name)
+                yield name, partial(scale_parameter, name)
 
 
-def masses(given: Recording) -> Iterator[tuple[str, Plant]]:
-    """The mass of each body."""
+def mass_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
+    """Yield a wrong mass of each body."""
 
-    def changed(mechanism: Mechanism, name: str, share: float) -> Mechanism:
+    def scale_mass(mechanism: Mechanism, name: str, share: float) -> Mechanism:
         bodies = [replace(b, mass=(1.0 + share) * b.mass) if b.name == name else b for b in mechanism.bodies]
         return replace(mechanism, bodies=tuple(bodies))
 
-    places = _machines(lambda machine: ((body.name, partial(changed, machine, body.name)) for body in machine.bodies))
+    places = _places_in_mechanism(
+        lambda machine: ((body.name, partial(scale_mass, machine, body.name)) for body in machine.bodies)
+    )
     yield from places(given)
 
 
-def another_assembly(reference: ExactReference) -> Kinematics | None:
-    """The machine put together so that an observed point stands elsewhere all along, if that can be; else None."""
+def find_other_assembly(reference: ExactReference) -> Kinematics | None:
+    """Search for an assembly with an observed point elsewhere at all crank angles, or None."""
     healthy, mechanism = reference.kinematics, reference.mechanism()
-    chance, angles = np.random.default_rng(1), healthy.angles(36)
+    random, angles = np.random.default_rng(1), healthy.angles(36)
     shown = healthy.point_derivatives([healthy.poses(angles)])
     places = np.arange(healthy.start.size).reshape(-1, 3)[:, :2].ravel()
-    for _ in range(ASSEMBLIES):
+    for _ in range(ASSEMBLY_TRIES):
         poses = healthy.start.copy()
-        poses[0, 2::3] += chance.uniform(-math.pi, math.pi, len(mechanism.bodies))
-        # With the turns given, places follow from the joints: what does not fit is left to Newton's iteration.
-        left = healthy.residual([poses], np.zeros(1))[0]
-        poses[0, places] -= np.linalg.lstsq(healthy.jacobian(poses)[0][:, places], left)[0]
+        poses[0, 2::3] += random.uniform(-math.pi, math.pi, len(mechanism.bodies))
+        # With rotations given, positions follow by least squares; Newton iteration removes the rest.
+        residual = healthy.residual([poses], np.zeros(1))[0]
+        poses[0, places] -= np.linalg.lstsq(healthy.jacobian(poses)[0][:, places], residual)[0]
         rows = poses.reshape(-1, 3).tolist()
         guess: Any = {body.name: tuple(row) for body, row in zip(mechanism.bodies, rows, strict=True)}
         try:
             other = Kinematics(replace(mechanism, poses=guess))
-            # Where it stands at the start is known without its whole turn.
+            # The start alone is compared first: that needs no whole revolution.
             if all(
-                _apart(other.point_derivatives([other.poses(at)]), shown, healthy.size) for at in (angles[:1], angles)
+                _has_distant_point(other.point_derivatives([other.poses(at)]), shown, healthy.size)
+                for at in (angles[:1], angles)
             ):
                 return other
         except (InvalidInput, np.linalg.LinAlgError):
@@ -239,21 +268,27 @@ def another_assembly(reference: ExactReference) -> Kinematics | None:
     return None
 
 
-def _apart(points: Any, shown: Any, size: float) -> bool:
-    """True if a point keeps away from where it was shown."""
-    apart = [np.linalg.norm(at[0] - shown[name][0][: len(at[0])], axis=1).min() for name, at in points.items()]
-    return bool(max(apart) >= APART * size)
+def _has_distant_point(points: Any, shown: Any, size: float) -> bool:
+    """True if an observed point keeps a distance from its healthy positions at all crank angles.
+
+    Args:
+        points, shown: positions (T, 2) [m] by observed point, as `point_derivatives` returns them, of the other
+            assembly and of the healthy one.
+        size: size of the machine [m].
+    """
+    distances = [np.linalg.norm(at[0] - shown[name][0][: len(at[0])], axis=1).min() for name, at in points.items()]
+    return bool(max(distances) >= MIN_POINT_DISTANCE * size)
 
 
-# -- all of them -----------------------------------------------------------------------------------------------------
+# -- all defects -----------------------------------------------------------------------------------------------------
 
 PERCENT = "%"
-MOTION = (
-    Defect("length", PERCENT, 1e-4, 0.1, lengths),
-    Defect("velocity stamped early", "steps", 0.5, 10.0, on_run(_stamped_early)),
-    Defect("gravity left in an acceleration", PERCENT, 1.0, 1.0, on_run(_left_gravity)),
-    Defect("no number in a sample", "", 1.0, 1.0, on_run(_no_number)),
-    Defect("other branch", "", 1.0, 1.0, _other_branch),
-    Defect("run cut short", "", 0.1, 0.1, on_run(_cut_short)),
+MOTION_DEFECTS = (
+    Defect("length", PERCENT, 1e-4, 0.1, length_places),
+    Defect("velocity stamped early", "steps", 0.5, 10.0, place_in_recording(_stamp_velocities_early)),
+    Defect("gravity left in an acceleration", PERCENT, 1.0, 1.0, place_in_recording(_leave_gravity_in)),
+    Defect("no number in a sample", "", 1.0, 1.0, place_in_recording(_insert_nan)),
+    Defect("other branch", "", 1.0, 1.0, other_branch_place),
+    Defect("run cut short", "", 0.1, 0.1, place_in_recording(_cut_end)),
 )
-MASS = Defect("mass", PERCENT, 0.01, 0.9, masses)
+MASS_DEFECT = Defect("mass", PERCENT, 0.01, 0.9, mass_places)

@@ -1,4 +1,4 @@
-"""Qualification in place: known defects in the very run that is judged, and which of them its verdict notices."""
+"""Qualification of a verdict: which known defects it notices when they are planted."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ from conrod.runs.outcome import RunVerdict, judge
 from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.detection.defects import MASS, MOTION, Defect, Plant, Recording
+from conrod.studies.detection.defects import MASS_DEFECT, MOTION_DEFECTS, Defect, DefectFunction, Recording
 from conrod.studies.forces.measuring import LawOfForces, Measured, Peaks, likenesses, peaks_of, seen_in
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, recorded_forces
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, Result, case_results
-from conrod.studies.validation.plan import Plan, begun, started
-from conrod.studies.validation.results import Noticed, Qualified, SceneStudy, ValidationResult
+from conrod.studies.validation.plan import Plan, empty_result, prepare_run
+from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 
-FINE = 1.1  # a smallest size is found to a tenth
-SEEN = 1e-2  # of a tolerance: what changes a judged error by less, at its largest size, cannot be seen in it
-LEAST = 1e-15  # and not looked for below this
+SIZE_RATIO = 1.1  # resolution of the smallest noticed size
+# A defect that at its largest size changes no judged error by this share of its tolerance is invisible.
+MIN_VISIBLE_CHANGE = 1e-2
+MIN_DEFECT_SIZE = 1e-15  # lower end of the search for the smallest noticed size
 
 Judge = Callable[[Recording], Result]
 
@@ -36,12 +37,18 @@ Judge = Callable[[Recording], Result]
 def motion_judge(
     result: ValidationResult, healthy: ExactReference, asked: Mapping[str, float] | None
 ) -> Callable[[Recording], ValidationResult]:
-    """The judge of `conrod validate`, by the tolerances of a result, or by those asked for."""
+    """Return the judge of `conrod validate`, which compares a recording with its reference.
 
-    def judged(given: Recording) -> ValidationResult:
+    Args:
+        result: result of the run, whose tolerances judge.
+        healthy: reference without a defect, whose branch the run has to keep.
+        asked: tolerances that replace those of the result; None for none.
+    """
+
+    def judge_recording(given: Recording) -> ValidationResult:
         errors, run = RunErrors(), given.run.trajectory
         assert run.bodies is not None
-        # How it ended is judged anew.
+        # The outcome is judged again, since a defect may change it.
         ended = judge(healthy.kinematics, run.bodies, run.speed, RunVerdict(run.outcome))
         piece = replace(given.run, trajectory=replace(run, outcome=ended.outcome, reason=ended.reason))
         ended = feed_recorders(
@@ -50,92 +57,112 @@ def motion_judge(
         found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict(asked)
 
-    return judged
+    return judge_recording
 
 
 def force_judge(result: ForceResult, tracks: ForceTracks, law: LawOfForces | None, peaks: Peaks, step: float) -> Judge:
-    """The judge of `conrod forces`, of the forces of a run as they were recorded in steps [s]."""
+    """Return the judge of `conrod forces`, which compares recorded forces with exact forces.
 
-    def judged(given: Recording) -> ForceResult:
+    Args:
+        tracks: recorded forces of the run.
+        law: expected errors of the forces; None if the engine has no law.
+        peaks: peaks that normalise the errors.
+        step: step size of the run [s].
+    """
+
+    def judge_recording(given: Recording) -> ForceResult:
         measured = Measured(given.reference, tracks, peaks, step)
         likeness = likenesses(given.reference, measured, result.names, law)
         return replace(result, errors=measured.errors(result.names), likeness=likeness).with_verdict()
 
-    return judged
+    return judge_recording
 
 
-def noticed_by(result: Result) -> tuple[str, ...]:
-    """Reasons that fail a result; none of one that passed."""
+def failure_reasons(result: Result) -> tuple[str, ...]:
+    """Return why a result fails: quantities and faults, or its outcome; empty if it passed."""
     if result.passed is not False:
         return ()
     return (*result.out_of_tolerance(), *result.faults()) if result.completed else (result.outcome,)
 
 
-def examined(defect: Defect, given: Recording, judged: Judge, unseen: Collection[str] = ()) -> Noticed | None:
-    """The verdict on one kind of defect in a run; None where the machine has no place for it.
+def examine_defect(
+    defect: Defect, given: Recording, judge: Judge, unseen: Collection[str] = ()
+) -> DefectVerdict | None:
+    """Plant a kind of defect at each of its places; return the verdict on the least noticed one.
 
     Args:
-        unseen: places that nothing which is judged depends on.
+        unseen: places that no judged quantity depends on, which are left out.
+
+    Returns:
+        None if the machine has no place for the defect.
     """
-    places = [(where, plant) for where, plant in defect.plants(given) if where not in unseen]
-    found = [_examined_at(defect, where, plant, given, judged) for where, plant in places]
-    # Where a defect can be seen at all, the place counts at which the verdict sees least.
+    places = [(where, plant) for where, plant in defect.places(given) if where not in unseen]
+    found = [_examine_place(defect, where, plant, given, judge) for where, plant in places]
+    # Among places where the defect is visible, the place counts at which the verdict notices least.
     return max(found, key=lambda one: (one.visible, not one.by, one.smallest or math.inf), default=None)
 
 
-def _examined_at(defect: Defect, where: str, plant: Plant, given: Recording, judged: Judge) -> Noticed:
-    def notices(size: float) -> tuple[str, ...]:
+def _examine_place(defect: Defect, where: str, plant: DefectFunction, given: Recording, judge: Judge) -> DefectVerdict:
+    """Plant a defect at one place, and search for the smallest size that is noticed."""
+
+    def failures(size: float) -> tuple[str, ...]:
         try:
-            return noticed_by(judged(plant(given, size)))
+            return failure_reasons(judge(plant(given, size)))
         except InvalidInput:
             return ("cannot be put together",)
 
-    by = notices(defect.size)
+    by = failures(defect.size)
     if not defect.unit:
-        return Noticed(defect.name, "", where, defect.size, by, None)
-    smallest = smallest_noticed(lambda size: bool(notices(size)), defect.largest)
-    if smallest is not None and not notices(-smallest):
-        smallest = smallest_noticed(lambda size: bool(notices(-size)), defect.largest)
-    visible = smallest is not None or _change(judged(given), judged(plant(given, defect.largest))) > SEEN
-    return Noticed(defect.name, defect.unit, where, defect.size, by, smallest, visible)
+        return DefectVerdict(defect.name, "", where, defect.size, by, None)
+    smallest = smallest_noticed_size(lambda size: bool(failures(size)), defect.largest)
+    if smallest is not None and not failures(-smallest):
+        smallest = smallest_noticed_size(lambda size: bool(failures(-size)), defect.largest)
+    visible = smallest is not None or (
+        _largest_change(judge(given), judge(plant(given, defect.largest))) > MIN_VISIBLE_CHANGE
+    )
+    return DefectVerdict(defect.name, defect.unit, where, defect.size, by, smallest, visible)
 
 
-def _change(healthy: Result, planted: Result) -> float:
-    """Largest change of a judged error, over what is allowed."""
+def _largest_change(healthy: Result, planted: Result) -> float:
+    """Largest change of a judged error by a planted defect, divided by its tolerance."""
     sizes = [
         (healthy.judged_error(q) or 0.0, planted.judged_error(q) or 0.0, limit) for q, limit in healthy.limits.items()
     ]
     return max(abs(after - before) / allowed for before, after, allowed in sizes)
 
 
-def smallest_noticed(noticed: Callable[[float], bool], largest: float) -> float | None:
-    """The smallest size that is noticed, to `FINE`, by bisection of its logarithm; None where none is up to a size."""
-    low, high = LEAST, largest
-    if not noticed(largest):
+def smallest_noticed_size(is_noticed: Callable[[float], bool], largest: float) -> float | None:
+    """Bisect the logarithm of a size for the smallest noticed size, to a ratio of `SIZE_RATIO`.
+
+    Returns:
+        None if the largest size is not noticed.
+    """
+    low, high = MIN_DEFECT_SIZE, largest
+    if not is_noticed(largest):
         return None
-    while high > FINE * low:
+    while high > SIZE_RATIO * low:
         middle = math.sqrt(low * high)
-        low, high = (low, middle) if noticed(middle) else (middle, high)
+        low, high = (low, middle) if is_noticed(middle) else (middle, high)
     return high
 
 
 @dataclass(frozen=True)
 class QualificationCase(EngineCase[ValidationResult]):
-    """A run of a scene in an engine with a preset, recorded whole, and judged with each defect planted in it.
+    """A recorded run of a scene in an engine with a preset, judged with each defect planted.
 
-    Its tolerances are a part of it, since what is noticed depends on them; nothing is planted in what does not pass.
+    Its tolerances are part of its key, since noticed sizes depend on them. No defect is planted in a run that fails.
     """
 
     study: ClassVar[str] = "qualification"
     kind: ClassVar[type[Any]] = ValidationResult
     quantities: ClassVar[tuple[str, ...]] = ()
     version: ClassVar[int] = 6  # since gravity and what is no number are planted, and other kinds are not
-    defects: ClassVar[tuple[Defect, ...]] = (*MOTION, MASS)
+    defects: ClassVar[tuple[Defect, ...]] = (*MOTION_DEFECTS, MASS_DEFECT)
 
     plan: Plan
 
     def empty_result(self) -> ValidationResult:
-        return started(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
+        return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     def key_fields(self) -> dict[str, Any]:
         settings = self.loaded_engine.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
@@ -143,19 +170,19 @@ class QualificationCase(EngineCase[ValidationResult]):
 
     def run(self) -> ValidationResult:
         scene, engine, plan = self.scene, self.loaded_engine, self.plan
-        result, settings, start = begun(self.name, scene, engine, str(self.preset), plan)
+        result, settings, start = prepare_run(self.name, scene, engine, str(self.preset), plan)
         if not result.completed:
             return result
-        given = Recording.of(engine, scene, settings, result.revolutions, start)
+        given = Recording.from_engine(engine, scene, settings, result.revolutions, start)
         judge = motion_judge(result, scene, plan.tolerance)
         healthy = judge(given)
         if healthy.passed is not True:
             return healthy
-        motion = [examined(defect, given, judge) for defect in self.defects]
-        return healthy.with_qualified(Qualified(tuple(one for one in motion if one), self._forces(given)))
+        motion = [examine_defect(defect, given, judge) for defect in self.defects]
+        return healthy.with_qualification(Qualification(tuple(one for one in motion if one), self._examine_mass(given)))
 
-    def _forces(self, given: Recording) -> tuple[Noticed, ...]:
-        """Wrong masses that the verdict on the forces notices; none where they are not judged."""
+    def _examine_mass(self, given: Recording) -> tuple[DefectVerdict, ...]:
+        """Return the verdict on wrong masses by the engine's forces; empty if these are not judged."""
         if not isinstance(self.loaded_engine, ForceReport):
             return ()
         plan = ForcePlan(self.plan.steps_per_revolution, self.plan.revolutions, refined=False)
@@ -166,18 +193,18 @@ class QualificationCase(EngineCase[ValidationResult]):
         judge = force_judge(result, tracks, law, peaks, self.scene.period / result.steps_per_revolution)
         if judge(given).passed is not True:
             return ()
-        # What no force depends on at constant speed shows by the drive's ripple at most.
+        # A mass that no force depends on at constant speed shows by the drive's ripple at most.
         names = [name for name in result.names if name not in (result.unsupported or {})]
-        seen = {body for body, quality in seen_in(self.scene, names, peaks) if quality == MASS.name}
+        seen = {body for body, quality in seen_in(self.scene, names, peaks) if quality == MASS_DEFECT.name}
         unseen = {body.name for body in self.scene.mechanism().bodies} - seen
-        found = examined(MASS, given, judge, unseen)
+        found = examine_defect(MASS_DEFECT, given, judge, unseen)
         return () if found is None else (found,)
 
 
-def qualified(
+def qualification_study(
     studies: Sequence[SceneStudy], scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], plan: Plan
 ) -> Study[list[SceneStudy]]:
-    """The study that gives each judged result of a validation what its verdict notices."""
+    """Study that adds a qualification to each passed result of dynamic mode in a validation."""
     judged = {(s.name, r.engine, r.preset) for s in studies for r in s.results if r.mode == "dynamic" and r.passed}
     found = yield from case_results(
         QualificationCase(name, scene, engine.name, preset, plan)
@@ -191,7 +218,7 @@ def qualified(
         replace(
             study,
             results=tuple(
-                replace(r) if r.mode != "dynamic" else r.with_qualified(known.get((study.name, r.engine, r.preset)))
+                replace(r) if r.mode != "dynamic" else r.with_qualification(known.get((study.name, r.engine, r.preset)))
                 for r in study.results
             ),
         )

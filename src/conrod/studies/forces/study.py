@@ -74,7 +74,7 @@ def recorded_forces(
             unreported_forces(mechanism, refusal),
             None,
         )
-    start, revolutions = plan.stretch(scene)
+    start, revolutions = plan.extent(scene)
     expected = _expected(engine, scene, settings, revolutions, start) if result.limits else None
     law = None
     if expected is not None and expected.tracks is None:
@@ -162,4 +162,4 @@ class ForceCase(EngineCase[ForceResult]):
 
     def key_fields(self) -> dict[str, Any]:
         preset, plan = self.loaded_engine.presets[str(self.preset)], self.plan
-        return plan.determines(self.scene, preset, plan.refined) | {"quantities": plan.quantities}
+        return plan.key_fields(self.scene, preset, plan.refined) | {"quantities": plan.quantities}

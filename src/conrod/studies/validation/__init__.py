@@ -1,1 +1,1 @@
-"""Engines against the exact motion at constant crank speed."""
+"""Validation: errors of engines against the exact motion at constant crank speed."""

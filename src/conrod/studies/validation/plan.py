@@ -1,4 +1,4 @@
-"""Dynamic mode: a scene in an engine, stepped through time, against the exact motion."""
+"""Dynamic mode: a scene stepped through time by an engine, compared with the exact motion."""
 
 from __future__ import annotations
 
@@ -29,17 +29,20 @@ from conrod.studies.frame.result import refinement_path, run_refinement_path
 from conrod.studies.frame.run import MIN_PASS_STEPS
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
-POSES = 60  # of a turn, whose errors a moving drawing shows: 6 deg apart
-CLOCK_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
-RIPPLE_LAW = CLOCK_LAW.replace(";", ", and the drive's ripple, energy exchanged / (flywheel ω²), of every turn;")
+DRAWN_POSES = 60  # of a revolution, in an animated drawing: 6 deg apart
+CLOCK_ERROR_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
+RIPPLE_ERROR_LAW = CLOCK_ERROR_LAW.replace(
+    ";", ", and the drive's ripple, energy exchanged / (flywheel ω²), of every turn;"
+)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Plan of the runs.
+    """Plan of the runs of a study at constant crank speed.
 
     Attributes:
-        steps_per_revolution: None for the scene's own default.
+        steps_per_revolution: steps per revolution of the crank; None for the scene's default.
+        revolutions: revolutions of the judged run; a scene with a span makes one pass instead.
         tolerance: overrides of the derived tolerances, by quantity.
     """
 
@@ -48,84 +51,87 @@ class Plan:
     tolerance: Mapping[str, float] | None = None
 
     def steps(self, scene: Scene) -> int:
-        """Steps per revolution for a scene."""
+        """Return the steps per revolution for a scene."""
         return self.steps_per_revolution or default_steps(scene)
 
-    def determines(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
-        """All that it determines of the runs of a preset, along a refinement path or of one, as plain values."""
+    def key_fields(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
+        """Return the plain values of a case's key that describe the runs of a preset.
+
+        Args:
+            refined: whether the runs of the refinement path count, too.
+        """
         steps = self.steps(scene)
         path = refinement_path(scene, steps) if refined else ()
         settings = [preset(scene, n).as_dict() for n in (steps, *path)]
         return {"settings": settings[0], "refined": settings[1:], "revolutions": self.revolutions, "start_angle": 0.0}
 
-    def stretch(self, scene: Scene) -> tuple[float, float]:
-        """Start angle [rad] and revolutions of the judged run.
+    def extent(self, scene: Scene) -> tuple[float, float]:
+        """Return start angle [rad] and revolutions of the judged run.
 
         Raises:
-            InvalidInput: a pass with room for fewer than `MIN_PASS_STEPS`.
+            InvalidInput: a pass with fewer than `MIN_PASS_STEPS` steps.
         """
         steps = self.steps(scene)
         start, revolutions = run_extent(scene, steps, self.revolutions)
-        taken = round(steps * revolutions)
-        if scene.kinematics.mechanism.driver.span is not None and taken < MIN_PASS_STEPS:
+        count = round(steps * revolutions)
+        if scene.kinematics.mechanism.driver.span is not None and count < MIN_PASS_STEPS:
             raise InvalidInput(
-                f"{steps} steps per revolution are {taken} of the pass: at least {MIN_PASS_STEPS} are run"
+                f"{steps} steps per revolution are {count} of the pass: at least {MIN_PASS_STEPS} are run"
             )
         return start, revolutions
 
 
 def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> ValidationResult:
-    """Measure the engine: one run, its refinement path, and the verdict."""
-    result, settings, start = begun(name, scene, engine, preset, plan)
+    """Measure an engine in dynamic mode by a run and its refinement path, and judge the errors."""
+    result, settings, start = prepare_run(name, scene, engine, preset, plan)
     if not result.completed:
         return result
     steps, revolutions = plan.steps(scene), result.revolutions
-    errors, prediction, drawn = RunErrors(), Prediction(scene), Drawn()
-    poses = DrawnPoses(scene, steps)
-    ended = run_with_recorders(engine, scene, settings, revolutions, start, errors, prediction, drawn, poses)
+    errors, prediction = RunErrors(), Prediction(scene)
+    curves, poses = CurveRecorder(), PoseErrorRecorder(scene, steps)
+    ended = run_with_recorders(engine, scene, settings, revolutions, start, errors, prediction, curves, poses)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
-    def point(n: int, turns: float, start: float) -> RefinementPoint:
-        found = PointSizes()
-        return _point(
-            n, run_with_recorders(engine, scene, engine.presets[preset](scene, n), turns, start, found), found
-        )
+    def run_with_steps(n: int, turns: float, start: float) -> RefinementPoint:
+        sizes = PointSizes()
+        verdict = run_with_recorders(engine, scene, engine.presets[preset](scene, n), turns, start, sizes)
+        return _refinement_point(n, verdict, sizes)
 
-    finest = _point(steps, ended, errors)
-    points = run_refinement_path(scene, steps, plan.revolutions, finest, point)
+    finest = _refinement_point(steps, ended, errors)
+    points = run_refinement_path(scene, steps, plan.revolutions, finest, run_with_steps)
     order = {q: claimed_order((p.steps_per_revolution, getattr(p, q)) for p in points) for q in QUANTITIES}
     result = replace(result, refinement=points, order=order)
     if result.completed:
         misfit = merged_misfit(prediction.misfit, reference_misfit(scene))
         found = {"prediction": prediction.sizes, "misfit": misfit, **errors.as_dict()}
-        result = replace(result, curves=drawn.curves, poses=poses.errors, **found)
+        result = replace(result, curves=curves.curves, poses=poses.errors, **found)
     return result.with_verdict()
 
 
-def begun(
+def prepare_run(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan, start_angle: float = 0.0
 ) -> tuple[ValidationResult, Any, float]:
-    """Facts known of a run before it is made: settings and tolerance, the settings, the start angle [rad].
+    """Return a result without errors but with its tolerance, the settings, and start angle [rad].
 
-    The result is `unsupported` where the engine refuses the machine.
+    The outcome of the result is `unsupported` if the engine refuses the machine.
 
     Args:
-        start_angle: of a crank that turns [rad]; one pass has its own.
+        start_angle: start angle of a crank that turns fully [rad]; a pass starts at the end of its span.
     """
     settings = engine.presets[preset](scene, plan.steps(scene))
-    start, revolutions = plan.stretch(scene)
+    start, revolutions = plan.extent(scene)
     start = start if scene.kinematics.mechanism.driver.span else start_angle
-    empty = started(name, scene, engine, preset, plan)
+    empty = empty_result(name, scene, engine, preset, plan)
     refusal = engine.refusal(scene, settings)
     if refusal:
         return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=refusal), settings, start
-    tolerance = _tolerance(scene, engine, preset, settings, revolutions, start)
+    tolerance = _derive_tolerance(scene, engine, preset, settings, revolutions, start)
     result = replace(empty, settings=settings.as_dict(), revolutions=revolutions, tolerance=tolerance)
     return result, settings, start
 
 
-def started(name: str, scene: Scene, engine: Engine[Any], preset: str | None, plan: Plan) -> ValidationResult:
-    """A result of which nothing is measured yet; in kinematic mode where there is no preset."""
+def empty_result(name: str, scene: Scene, engine: Engine[Any], preset: str | None, plan: Plan) -> ValidationResult:
+    """Return a result without measurements; if there is no preset, of kinematic mode."""
     kinematic = preset is None
     return ValidationResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
@@ -134,42 +140,44 @@ def started(name: str, scene: Scene, engine: Engine[Any], preset: str | None, pl
     )  # fmt: skip
 
 
-def _tolerance(
+def _derive_tolerance(
     scene: Scene, engine: Engine[Any], preset: str, settings: Any, revolutions: float, start_angle: float
 ) -> Tolerance:
-    """Tolerance of a run: what the engine's own law allows a judged preset.
+    """Derive the tolerance of a run from the engine's error law; empty for an unjudged preset.
 
-    Errors are compared at the crank angle reached, which says nothing of a wrong clock. So the angle itself is judged,
-    and the position at the nominal time: it may be off by the position's error and by what the phase moves the point.
+    Errors are taken at the crank angle reached, which hides a wrong clock. So two errors at the nominal time are judged
+    as well: the phase, which is the error of the crank angle, and the total position error, with the limit
+    total = position + phase max |dx/dtheta| / L.
     """
     if not engine.presets[preset].judged:
         return Tolerance()
-    # An input that makes one pass begins at its end, which its law knows.
+    # A pass begins at the end of its span, which the error law knows.
     turning = start_angle and scene.kinematics.mechanism.driver.span is None
     law = expected_error(engine, scene, settings, **({"start_angle": start_angle} if turning else {}))
     if law.position is None:
         return Tolerance(reason=law.law)
     phase = phase_bound(settings.steps_per_revolution * revolutions, revolutions, start_angle, law.ripple)
     clock = {"phase": phase, "total": law.position + phase * largest_derivatives(scene.kinematics, 1)[1]}
-    reason = "; ".join((law.law, RIPPLE_LAW if law.ripple else CLOCK_LAW))
+    reason = "; ".join((law.law, RIPPLE_ERROR_LAW if law.ripple else CLOCK_ERROR_LAW))
     if scene.kinematics.mechanism.cam_contacts:
         return Tolerance(law.position, velocity_rms=law.velocity_rms, reason=reason, **clock)
     return Tolerance(law.position, law.velocity, law.acceleration, reason=reason, **clock)
 
 
-def _point(steps: int, ended: RunVerdict, found: PointSizes) -> RefinementPoint:
-    """Largest errors over all observed points; None for a run that did not complete."""
+def _refinement_point(steps: int, ended: RunVerdict, found: PointSizes) -> RefinementPoint:
+    """Return a run's point of the refinement path, without errors unless the run completed."""
     completed = ended.outcome is Outcome.COMPLETED
     return RefinementPoint(steps, ended.outcome.slug, **{q: found.worst(q) if completed else None for q in QUANTITIES})
 
 
-class Drawn:
-    """Recorder of what a report draws."""
+class CurveRecorder:
+    """Recorder of the error curves that a report draws, by observed point and quantity."""
 
     def __init__(self) -> None:
         self._curves: defaultdict[str, defaultdict[str, DrawnCurve]] = defaultdict(lambda: defaultdict(DrawnCurve))
 
     def add(self, stretch: Stretch) -> None:
+        """Add a stretch of the run."""
         for name, tracks in stretch.trajectory.points.items():
             for quantity in QUANTITIES:
                 error = getattr(stretch.points[name], quantity).error
@@ -179,37 +187,34 @@ class Drawn:
 
     @property
     def curves(self) -> dict[str, dict[str, Curve]]:
-        """The error of each measured quantity over the whole run."""
-        return {name: {q: Curve(*drawn.arrays) for q, drawn in found.items()} for name, found in self._curves.items()}
+        """Error curves over the whole run, by observed point and quantity."""
+        return {name: {q: Curve(*curve.arrays) for q, curve in by_q.items()} for name, by_q in self._curves.items()}
 
 
-class DrawnPoses:
-    """Signed errors of the bodies' poses at the crank angle actually reached, at some samples of the last turn.
+class PoseErrorRecorder:
+    """Recorder of pose errors at the crank angle reached, at samples of the last revolution."""
 
-    Args:
-        turn: steps of a turn.
-    """
-
-    def __init__(self, scene: Scene, turn: int) -> None:
-        self._scene, self._turn, self._seen = scene, turn, 0
+    def __init__(self, scene: Scene, steps_per_revolution: int) -> None:
+        self._scene, self._steps, self._seen = scene, steps_per_revolution, 0
         self._angles: list[Array] = []
         self._errors: list[Array] = []
 
     def add(self, stretch: Stretch) -> None:
+        """Add a stretch of the run."""
         states = stretch.bodies.position
         count = self._seen + len(states.poses) + stretch.samples_remaining
-        first = max(0, count - 1 - self._turn)
-        kept = first + np.unique(np.linspace(0, count - 1 - first, POSES + 1).astype(int)) - self._seen
+        first = max(0, count - 1 - self._steps)
+        kept = first + np.unique(np.linspace(0, count - 1 - first, DRAWN_POSES + 1).astype(int)) - self._seen
         rows = kept[(kept >= 0) & (kept < len(states.poses))]
         self._seen += len(states.poses)
         angle = states.instants.angle[rows]
         error = states.poses[rows] - self._scene.kinematics.poses(angle) if len(rows) else states.poses[rows]
-        # A body that has turned often is where one is that has not.
+        # Rotations count modulo 2 pi.
         error[:, 2::3] = np.remainder(error[:, 2::3] + math.pi, 2.0 * math.pi) - math.pi
         self._angles.append(angle)
         self._errors.append(error)
 
     @property
     def errors(self) -> PoseErrors:
-        """All that was recorded."""
+        """Pose errors of all recorded samples."""
         return PoseErrors(np.concatenate(self._angles), np.concatenate(self._errors))

@@ -1,4 +1,4 @@
-"""Results of a validation: plain, frozen data that the ledger keeps, and that report and command line read."""
+"""Results of a validation, as frozen data for ledger, report and command line."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Mode = Literal["kinematic", "dynamic"]
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Limits on errors, normalised as errors are; None where a quantity is not judged."""
+    """Largest allowed errors by quantity, over L, omega L and omega^2 L; None if unjudged."""
 
     position: float | None = None
     velocity: float | None = None
@@ -27,15 +27,15 @@ class Tolerance:
     phase: float | None = None  # [rad]
     reason: str = ""
 
-    def judged(self) -> dict[str, float]:
-        """The quantities that are judged."""
+    def limits(self) -> dict[str, float]:
+        """Return the largest allowed errors of the judged quantities, by name."""
         names = (*QUANTITIES, "total", "velocity_rms", "phase")
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
 
 @dataclass(frozen=True)
 class Curve:
-    """The largest error (M,) in each of M equal spans of the crank angle [rad], for a figure."""
+    """Largest error (M,), and its crank angle (M,) [rad], in each of M equal spans of a run."""
 
     error_angle: Array
     error: Array
@@ -43,11 +43,11 @@ class Curve:
 
 @dataclass(frozen=True)
 class PoseErrors:
-    """Pose of every body less its exact pose at the crank angle reached, over the last turn or the pass.
+    """Poses of the bodies minus exact poses at the crank angle reached, in the last revolution.
 
     Attributes:
-        angle: (K,) [rad] of the crank.
-        values: (K, 3 n) [m, m, rad], stacked as in `Mechanism.bodies`.
+        angle: crank angles (K,) [rad].
+        values: pose errors (K, 3 n) [m, m, rad], in the order of `Mechanism.bodies`.
     """
 
     angle: Array
@@ -56,7 +56,7 @@ class PoseErrors:
 
 @dataclass(frozen=True)
 class RefinementPoint:
-    """One run of a refinement path: largest errors over all observed points, None unless completed."""
+    """A run of a refinement path: largest errors of all observed points, None unless completed."""
 
     steps_per_revolution: int
     outcome: str
@@ -66,17 +66,17 @@ class RefinementPoint:
 
 
 @dataclass(frozen=True)
-class Noticed:
-    """Verdict on one kind of defect, planted into the run that it is on.
+class DefectVerdict:
+    """Verdict on a kind of planted defect: whether it is noticed, and from which size.
 
     Attributes:
-        defect: its name.
-        unit: of its sizes; empty where it has none.
-        where: what was changed; of several places the one where the verdict sees least.
-        size: that was planted.
-        by: quantities that were out of tolerance then, or how the run was said to have ended; empty if unnoticed.
-        smallest: size from which on it is noticed, whatever its sign; None where none is.
-        visible: False where no size changes anything that is judged.
+        defect: name of the kind of defect.
+        unit: unit of its sizes; empty if it has no size.
+        where: place of the change; of several places the one where the verdict notices least.
+        size: size that was planted.
+        by: quantities out of tolerance with this size, or the outcome of the run; empty if the defect is unnoticed.
+        smallest: smallest noticed size, of either sign; None if none is noticed.
+        visible: False if no size changes a judged quantity.
     """
 
     defect: str
@@ -89,31 +89,33 @@ class Noticed:
 
 
 @dataclass(frozen=True)
-class Qualified:
-    """Planted defects that a verdict on a run notices: that on its motion, and that on its forces."""
+class Qualification:
+    """Verdicts on planted defects, by the errors of motion and by the errors of forces."""
 
-    motion: tuple[Noticed, ...]
-    forces: tuple[Noticed, ...]
+    motion: tuple[DefectVerdict, ...]
+    forces: tuple[DefectVerdict, ...]
 
     @property
-    def blind(self) -> bool:
-        """True where no defect that has a size is noticed, however large it is."""
+    def notices_nothing(self) -> bool:
+        """True if no defect of the motion that has a size is noticed, even at its largest size."""
         return all(one.smallest is None for one in self.motion)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ValidationResult(Result):
-    """Errors of a scene at constant crank speed, by point, quantity and measure.
+    """Errors of a scene in an engine at constant crank speed, by point, quantity and measure.
 
     Attributes:
-        phase: [rad].
-        prediction: by quantity the largest error predicted from the joints' gaps alone, and how far it is from the
-            measured one at most.
-        misfit: by quantity the difference of the two, what second order and rounding allow, and the crank angle [rad],
-            where they fit least; and the same of the exact motion and its own joint equations.
-        curves: by point and quantity, for figures.
-        poses: how far the bodies are off, for a moving drawing.
-        qualified: what the verdict notices of planted defects; None where that was not asked for.
+        mode: kinematic, which proves the model, or dynamic, which measures the engine.
+        phase: error of the crank angle against the clock [rad], by measure.
+        prediction: by quantity, the largest error predicted from constraint violations alone, and its largest distance
+            from the measured error.
+        misfit: by quantity, where prediction and measurement fit least: their difference, the difference that second
+            order and rounding allow, and the crank angle [rad]; and the same for the exact motion in the joint
+            equations.
+        curves: errors along the run by point and quantity, for figures.
+        poses: pose errors of the bodies, for an animated drawing.
+        qualified: verdicts on planted defects; None if none were planted.
     """
 
     parameters: Mapping[str, float]
@@ -131,33 +133,33 @@ class ValidationResult(Result):
     misfit: Mapping[str, Mapping[str, float]] | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
     poses: PoseErrors | None = None
-    qualified: Qualified | None = None
+    qualified: Qualification | None = None
 
     @property
     def limits(self) -> Mapping[str, float]:
-        return self.tolerance.judged()
+        return self.tolerance.limits()
 
     @property
     def distrust(self) -> str:
         return misfit_words(self.misfit or {})
 
     def faults(self) -> list[str]:
-        return ["no planted defect is noticed, of whatever size: no verdict"] if self.no_verdict else []
+        return ["no planted defect is noticed, of whatever size: no verdict"] if self.notices_no_defect else []
 
     @property
-    def no_verdict(self) -> bool:
-        """True where it is known that the verdict notices nothing."""
-        return self.qualified is not None and self.qualified.blind
+    def notices_no_defect(self) -> bool:
+        """True if defects were planted, and the verdict notices none of any size."""
+        return self.qualified is not None and self.qualified.notices_nothing
 
-    def with_qualified(self, found: Qualified | None) -> Self:
-        """The result with what its verdict notices, which has to be something."""
+    def with_qualification(self, found: Qualification | None) -> Self:
+        """Return the result with its qualification; it fails if the verdict notices no defect."""
         result = replace(self, qualified=found)
-        return replace(result, passed=False) if result.no_verdict else result
+        return replace(result, passed=False) if result.notices_no_defect else result
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         sizes = [point[quantity] for point in (self.errors or {}).values()]
         found = [size[measure] for size in sizes if size is not None]
-        # `max` would pass over what is no number.
+        # NumPy's max, since Python's would skip a NaN.
         return float(np.max(found)) if found else None
 
     @property

@@ -1,4 +1,4 @@
-"""`validate`: scenes in engines at constant speed, in kinematic mode, which proves the model, and with each preset."""
+"""`conrod validate`: scenes in engines at constant speed, in kinematic and dynamic mode."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import KinematicMode, KinematicResult, MissingCapability, capability
 from conrod.engines.engine import default_steps, judged_preset
 from conrod.engines.numerics import NEAR_CHANGE_POINT
-from conrod.runs.comparison import QUANTITIES as COMPARED
+from conrod.runs.comparison import QUANTITIES as COMPARED_QUANTITIES
 from conrod.runs.comparison import size_of
 from conrod.runs.outcome import joint_gaps
 from conrod.runs.trajectory import Outcome
@@ -21,18 +21,19 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.prediction import merged_misfit, reference_misfit, solved_misfit
 from conrod.studies.frame.result import EngineCase, presets_study
-from conrod.studies.validation.plan import Plan, started, validate_dynamic
+from conrod.studies.validation.plan import Plan, empty_result, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 
-# The model is right when its joints, solved by the engine itself, give the exact pose to rounding (guard 4).
-KINEMATIC_POSITION, KINEMATIC_VELOCITY, KINEMATIC_DIGITS = 1e-12, 1e-9, 0.1
+# A model is right if its joints, solved by the engine, give the exact poses to rounding; over L and omega L.
+KINEMATIC_POSITION_TOLERANCE, KINEMATIC_VELOCITY_TOLERANCE = 1e-12, 1e-9
+CANCELLATION_SHARE = 0.1  # of size / travel, by which cancellation widens both
 KINEMATIC_ANGLES = 360
 
 
 def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> ValidationResult:
-    """Prove the model: the engine's own joints against the exact poses, over one turn, or the driver's span."""
-    mode, empty = capability(engine, KinematicMode), started(name, scene, engine, None, Plan())
-    # Kinematic mode solves the model of a judged preset; what that cannot have, no other can.
+    """Prove the model: compare poses that the engine solves from its joints with exact poses."""
+    mode, empty = capability(engine, KinematicMode), empty_result(name, scene, engine, None, Plan())
+    # Kinematic mode solves the model of a judged preset; a machine that it refuses, every preset refuses.
     refusal = engine.refusal(scene, engine.presets[judged_preset(engine)](scene, default_steps(scene)))
     if isinstance(mode, MissingCapability) or refusal:
         refusal = mode.reason if isinstance(mode, MissingCapability) else refusal
@@ -44,7 +45,7 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Validati
     errors: dict[str, dict[str, Mapping[str, float] | None]] = {}
     for point, (position, velocity) in solved.points.items():
         length, truth = scene.lengths[point], exact.point(point)
-        errors[point] = dict.fromkeys(COMPARED)
+        errors[point] = dict.fromkeys(COMPARED_QUANTITIES)
         errors[point]["position"] = vars(size_of(np.linalg.norm(position - truth.position, axis=1) / length))
         if velocity is not None:
             off = np.linalg.norm(velocity - truth.velocity, axis=1)
@@ -63,12 +64,15 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Validati
 
 
 def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
+    """Return the tolerance of kinematic mode: rounding, or half a sagitta of a cam's polygon."""
     if solved.shape_error is None:
         reason = "rounding: the engine's own joint equations are solved to the last digit"
-        # A machine many times larger than its travel loses digits of the travel, by the ratio of the two.
+        # A machine much larger than its travel L loses digits by cancellation, by the ratio size / L.
         kinematics = scene.kinematics
-        cancelled = max(1.0, KINEMATIC_DIGITS * kinematics.size / kinematics.travel)
-        return Tolerance(KINEMATIC_POSITION * cancelled, KINEMATIC_VELOCITY * cancelled, reason=reason)
+        cancelled = max(1.0, CANCELLATION_SHARE * kinematics.size / kinematics.travel)
+        return Tolerance(
+            KINEMATIC_POSITION_TOLERANCE * cancelled, KINEMATIC_VELOCITY_TOLERANCE * cancelled, reason=reason
+        )
     length = max(scene.lengths.values())
     return Tolerance(
         solved.shape_error / length, reason="the collision shape's own error: half a sagitta of its polygon"
@@ -80,17 +84,17 @@ def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
 
 @dataclass(frozen=True)
 class ValidationCase(EngineCase[ValidationResult]):
-    """A scene in an engine with a preset and along its refinement path; in kinematic mode where there is no preset."""
+    """Validation of a scene in an engine, with a preset or, if that is None, in kinematic mode."""
 
     study: ClassVar[str] = "validate"
     kind: ClassVar[type[Any]] = ValidationResult
-    quantities: ClassVar[tuple[str, ...]] = COMPARED
+    quantities: ClassVar[tuple[str, ...]] = COMPARED_QUANTITIES
     version: ClassVar[int] = 8  # since the exact motion is held to the joints' equations
 
     plan: Plan
 
     def empty_result(self) -> ValidationResult:
-        return started(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
+        return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     def run(self) -> ValidationResult:
         if self.preset is None:
@@ -107,14 +111,14 @@ class ValidationCase(EngineCase[ValidationResult]):
 
     def key_fields(self) -> dict[str, Any]:
         if self.preset is None:
-            return Plan(None, 1.0).determines(
+            return Plan(None, 1.0).key_fields(
                 self.scene, self.loaded_engine.presets[judged_preset(self.loaded_engine)], False
             )
-        return self.plan.determines(self.scene, self.loaded_engine.presets[self.preset])
+        return self.plan.key_fields(self.scene, self.loaded_engine.presets[self.preset])
 
 
-def validation(
+def validation_study(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> Study[list[SceneStudy]]:
-    """The study of some scenes: kinematic mode, then each preset; arguments as of `presets_study`."""
+    """Study of scenes in kinematic mode and with each preset; arguments as of `presets_study`."""
     return presets_study(ValidationCase, scenes, engines, {name: (None, *some) for name, some in presets.items()}, plan)
