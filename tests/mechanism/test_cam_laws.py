@@ -18,7 +18,7 @@ from conrod.mechanism.cam_law import LawProfile, can_roll, check_undercut, conca
 from conrod.mechanism.units import REVOLUTION
 from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
-from conrod.studies.limits.changed_machines import dead_angles
+from conrod.studies.limits.changed_machines import dead_centre_angles
 from conrod.studies.validation.study import validate_kinematic
 
 MOVING = tuple(law for law in LAWS if law != DWELL)
@@ -194,7 +194,7 @@ def test_engine_distance_places_follower_within_shape_error(engine: str) -> None
 @pytest.mark.parametrize("name", CAMS[:2])
 def test_dwell_is_no_dead_centre(name: str) -> None:
     # Where a rise and a fall meet without a dwell, there is one.
-    assert dead_angles(catalogue_scene(name)) == ()
+    assert dead_centre_angles(catalogue_scene(name)) == ()
     rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
     peaked = scene_from_tables(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
-    assert dead_angles(peaked) == pytest.approx((150.0,), abs=1e-3)
+    assert dead_centre_angles(peaked) == pytest.approx((150.0,), abs=1e-3)

@@ -13,12 +13,18 @@ from cell_tasks import pursued
 from conrod.scenes import SCENES
 from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.determinism import RUNS, Determinism, Task, determinism_search, repeated
+from conrod.studies.limits.determinism import (
+    REPEATED_RUNS,
+    Determinism,
+    RunFunction,
+    determinism_search,
+    run_repeatedly,
+)
 from conrod.studies.limits.stream_run import stream_run
 
 
-def found(case: Setup, task: Task = stream_run) -> Determinism:
-    return pursued(determinism_search(case), lambda cell: repeated(cell, task))
+def found(case: Setup, task: RunFunction = stream_run) -> Determinism:
+    return pursued(determinism_search(case), lambda cell: run_repeatedly(cell, task))
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
@@ -26,7 +32,7 @@ def test_a_run_made_again_is_the_same_to_the_last_bit(engine: str, preset: str) 
     one = found(Setup("saw-40rpm", SAW, engine, preset, 100))
     assert one.outcome == "completed"
     assert {len(text) for text in one.fingerprints.values()} == {64}
-    assert one.identical == dict.fromkeys(RUNS[1:], True)
+    assert one.identical == dict.fromkeys(REPEATED_RUNS[1:], True)
 
 
 def test_a_preset_that_is_not_for_the_machine_has_no_fingerprints() -> None:
@@ -67,8 +73,10 @@ def other_in_another_process(cell: LimitCase) -> Measurement:
         (other_in_another_process, "in another process"),
     ],
 )
-def test_one_bit_of_difference_is_seen_where_it_is(task: Task, differs: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_bit_of_difference_is_seen_where_it_is(
+    task: RunFunction, differs: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     CALLS.clear()
     monkeypatch.setenv(PROCESS, str(os.getpid()))
     one = found(Setup("saw-40rpm", SAW, "pymunk", "tuned", 20), task)
-    assert one.identical == {run: run != differs for run in RUNS[1:]}
+    assert one.identical == {run: run != differs for run in REPEATED_RUNS[1:]}

@@ -18,8 +18,8 @@ from conrod.runs.plain_values import plain_values
 from conrod.scenes import CamFollower
 from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.follower_float import STEPS, WITHIN, FollowerFloat, float_search
-from conrod.studies.limits.recorders import TIMES, Flights
+from conrod.studies.limits.follower_float import ONSET_STEPS, ONSET_TOLERANCE, FollowerFloat, onset_search
+from conrod.studies.limits.recorders import FLIGHT_DEPTH_RATIO, FlightRecorder
 from conrod.studies.limits.records import Extremes, Flight
 
 CAM = CamFollower()
@@ -42,7 +42,7 @@ def found_with(force: float = 1.0) -> FollowerFloat:
         flights = (Flight(1.0, 1.0 + length),)
         return Measurement("completed", extremes=plain_values(Extremes(1, True, {}, None, PENETRATION, flights, "")))
 
-    return pursued(float_search(case()), flown)
+    return pursued(onset_search(case()), flown)
 
 
 def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
@@ -65,8 +65,8 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
 def run_at(speed: float, engine: str, force: float = 1.0) -> Extremes:
     """A run at a speed over the float speed, at 20000 steps a revolution."""
     scene = CAM.with_parameters(speed=speed * 5.0, preload=force / speed**2)
-    cell = LimitCase("cam-follower", scene, case(engine).settings(scene, STEPS[0]), 0.65)
-    return Extremes.of(cell.perform())
+    cell = LimitCase("cam-follower", scene, case(engine).settings(scene, ONSET_STEPS[0]), 0.65)
+    return Extremes.from_measurement(cell.perform())
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
@@ -82,7 +82,7 @@ def test_engines_fly_as_far_as_the_exact_parabola(engine: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned"), ("pymunk", "stock")])
 def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> None:
-    assert pursued(float_search(case(engine, preset))).onset == pytest.approx(1.0, abs=WITHIN)
+    assert pursued(onset_search(case(engine, preset))).onset == pytest.approx(1.0, abs=ONSET_TOLERANCE)
 
 
 STEP = 1e-3  # [rad]
@@ -106,14 +106,14 @@ def test_the_longest_flight_is_found_across_the_borders_of_pieces(length: int) -
     # Beside it a shorter one, or none; and a hop below ten depths, which is no flight.
     for others in ((Flight(4.0, 4.2),), ()):
         angle, gap = gaps(planted, *others)
-        gap = np.maximum(gap, gaps(Flight(3.5, 5.9), height=0.9 * TIMES * DEPTH)[1])
-        flights = Flights(HELD, 1.0)
+        gap = np.maximum(gap, gaps(Flight(3.5, 5.9), height=0.9 * FLIGHT_DEPTH_RATIO * DEPTH)[1])
+        flights = FlightRecorder(HELD, 1.0)
         for begin in range(0, len(angle), length):
             flights.add(angle[begin : begin + length], gap[begin : begin + length])
         assert flights.penetration == DEPTH
-        found = flights.longest()
+        found = flights.longest_flight()
         # A parabola passes the threshold a little later than it leaves the ground.
-        late = TIMES * DEPTH / (4.0 * HEIGHT) * planted.length
+        late = FLIGHT_DEPTH_RATIO * DEPTH / (4.0 * HEIGHT) * planted.length
         assert found.start == pytest.approx(planted.start + late, abs=0.1 * late + 1e-5)
         assert found.landing == pytest.approx(planted.landing - late, abs=0.1 * late + 1e-5)
 
@@ -126,7 +126,7 @@ def test_a_follower_that_lost_its_cam_is_followed_until_it_lands(settings: Any) 
 
     lost = run(CamFollower(preload=0.3))
     assert (lost.outcome, lost.errors) == ("lost-contact", None)
-    seen, held = Extremes.of(lost), Extremes.of(run(CAM))
+    seen, held = Extremes.from_measurement(lost), Extremes.from_measurement(run(CAM))
     assert seen.samples == held.samples == 1001
     assert 0.0 < seen.penetration < 1e-3
     assert seen.flights[0].length > 1.5

@@ -19,10 +19,10 @@ from conrod.runs.comparison import compare
 from conrod.scenes import Saw, Scene
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.run import RunCase
-from conrod.studies.limits.axes import AXES, STEP
+from conrod.studies.limits.axes import AXES, FIXED_STEP
 from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.changed_machines import rescaled
+from conrod.studies.limits.changed_machines import rescaled_parameters
 from conrod.studies.limits.records import Level, level_of
 
 PRESETS = (("mujoco", "stock"), ("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "stock"), ("pymunk", "tuned"))
@@ -95,7 +95,10 @@ def test_every_speed_that_exists_has_whole_steps_of_one_length() -> None:
     axis, case = AXES["speed"], Setup("saw", Saw(speed=-4.0), "mujoco", "tuned")
     for value, steps in ((1.0, 100_000), (77.0, 1299), (50000.0, 2)):
         cell = axis.case(case, value)
-        assert (cell.settings.steps_per_revolution, cell.settings.timestep) == (steps, pytest.approx(STEP, rel=1e-12))
+        assert (cell.settings.steps_per_revolution, cell.settings.timestep) == (
+            steps,
+            pytest.approx(FIXED_STEP, rel=1e-12),
+        )
         assert axis.nearest(value) == pytest.approx(-cell.scene.speed / (2.0 * math.pi) * 60.0, rel=1e-12)
 
 
@@ -109,14 +112,14 @@ def test_stabilisation_is_walked_both_ways_from_the_presets_own() -> None:
 
 def test_another_unit_of_length_is_the_same_machine() -> None:
     for scene in (PRESS, SAW, CAM):
-        in_mm = scene.with_parameters(**rescaled(scene, 1e3))
+        in_mm = scene.with_parameters(**rescaled_parameters(scene, 1e3))
         angles = np.linspace(0.0, 6.0, 7)
         for name, length in scene.lengths.items():
             assert in_mm.lengths[name] == pytest.approx(1e3 * length, rel=1e-9)
             here, there = scene.motion(angles, 1.0).point(name), in_mm.motion(angles, 1.0).point(name)
             np.testing.assert_allclose(there.acceleration, 1e3 * here.acceleration, rtol=1e-9, atol=1e-9 * 1e3 * length)
-    assert rescaled(SAW, 1e3)["gravity"] == pytest.approx(9810.0)
-    assert rescaled(SAW, 1e3)["rod_inertia"] == pytest.approx(0.01125e6)
+    assert rescaled_parameters(SAW, 1e3)["gravity"] == pytest.approx(9810.0)
+    assert rescaled_parameters(SAW, 1e3)["rod_inertia"] == pytest.approx(0.01125e6)
 
 
 def test_runs_start_every_five_degrees_and_at_dead_centres() -> None:
@@ -132,7 +135,7 @@ def test_orders_of_declaration_are_spread_evenly_and_end_with_the_reversed_one()
     assert axis.values(case_of(CAM, preset="tuned")) == tuple(range(12))
     numbers = axis.values(case_of())
     assert len(numbers) == 24
-    first, *_, last = (axis.case(case_of(), number).declared for number in numbers)
+    first, *_, last = (axis.case(case_of(), number).declared_mechanism for number in numbers)
     mechanism = SAW.mechanism()
     assert first == mechanism
     assert last == replace(mechanism, bodies=mechanism.bodies[::-1], joints=mechanism.joints[::-1])

@@ -25,12 +25,12 @@ from conrod.studies.limits.case import Setup
 
 def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     case = Setup("saw-500rpm", SCENES["saw-500rpm"], "mujoco", "hardened")
-    steps, _ = maps.grid_of(case, "mass-ratio", (65, 33))
+    steps, _ = maps.grid_values(case, "mass-ratio", (65, 33))
     assert (steps[0], steps[-1]) == (1000.0, 4.0)
     assert all(value == round(value) for value in steps)
     found = pursued(maps.map_search(case, "mass-ratio", (3, 3), 1))
-    assert [found.shown[0, j].level for j in range(3)] == ["safe"] * 3
-    assert [maps.standing(found.shown[2, j].level) for j in range(3)] == ["failed"] * 3
+    assert [found.run_by_node[0, j].level for j in range(3)] == ["safe"] * 3
+    assert [maps.map_class(found.run_by_node[2, j].level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")
 
 
@@ -75,7 +75,7 @@ def on_grid(kind: Kind, size: int) -> dict[maps.Node, Hashable]:
 Classes = dict[maps.Node, Hashable]
 
 
-def refined(full: Classes, stride: int = maps.STRIDE) -> tuple[set[maps.Node], Classes]:
+def refined(full: Classes, stride: int = maps.COARSE_STRIDE) -> tuple[set[maps.Node], Classes]:
     """The nodes that were run, none of them twice, and the class that every node has or inherits."""
     shape = max(i for i, _ in full) + 1, max(j for _, j in full) + 1
     asked: list[maps.Node] = []
@@ -87,11 +87,11 @@ def refined(full: Classes, stride: int = maps.STRIDE) -> tuple[set[maps.Node], C
         return {node: full[node] for node in nodes}
 
     def search() -> Generator[None, None, None]:
-        found.update((yield from maps.refine(shape, ask, stride)))
+        found.update((yield from maps.classify_grid(shape, ask, stride)))
 
     list(search())
     assert sorted(asked) == sorted(found)
-    nearest = maps.nearest_runs(maps.codes(shape, found))
+    nearest = maps.nearest_known_nodes(maps.class_numbers(shape, found))
     return set(found), {node: found[tuple(nearest[:, *node].tolist())] for node in full}
 
 

@@ -18,14 +18,19 @@ from conrod.exact.equations import inertia_forces
 from conrod.runs.plain_values import plain_values
 from conrod.scenes import CamFollower, Saw, Scene, scene_named
 from conrod.studies.frame.case import Measurement
-from conrod.studies.limits.axes import AXES, CONTACT_LEAST
-from conrod.studies.limits.axis import Scale, spaced
-from conrod.studies.limits.case import LimitCase, Redeclared, Setup
-from conrod.studies.limits.changed_machines import ONE_CIRCLE, output_mass, with_flank, with_nose
-from conrod.studies.limits.follower_float import REVOLUTIONS, FollowerFloat, OnsetProbe, case_at
-from conrod.studies.limits.maps import grid_of, refine, standing
-from conrod.studies.limits.plan import check_asked, plan_limits, pursue_plans
-from conrod.studies.limits.recorders import ExactTorque, Flights
+from conrod.studies.limits.axes import AXES, MIN_CONTACT_SHARE
+from conrod.studies.limits.axis import Scale, spaced_values
+from conrod.studies.limits.case import LimitCase, ReorderedMachine, Setup
+from conrod.studies.limits.changed_machines import (
+    MAX_ONE_CIRCLE_EXCESS,
+    output_mass,
+    with_flank_excess,
+    with_nose_radius,
+)
+from conrod.studies.limits.follower_float import ONSET_REVOLUTIONS, FollowerFloat, OnsetProbe, onset_case
+from conrod.studies.limits.maps import classify_grid, grid_values, map_class
+from conrod.studies.limits.plan import check_applicable, plan_limits, pursue_plans
+from conrod.studies.limits.recorders import ExactTorque, FlightRecorder
 from conrod.studies.limits.records import Extremes, Level, is_undetected, level_of
 from conrod.studies.limits.results import Walk
 
@@ -46,20 +51,20 @@ def one_pass() -> Setup:
 
 
 def test_values_are_spaced_evenly_by_ratios_of_what_the_scale_measures() -> None:
-    assert spaced(Scale.LOG, 1.0, 1e4, 5) == pytest.approx((1.0, 10.0, 100.0, 1e3, 1e4), rel=1e-12)
-    assert spaced(Scale.NEARNESS, 0.9, 1.0 - 1e-5, 5) == pytest.approx(
+    assert spaced_values(Scale.LOG, 1.0, 1e4, 5) == pytest.approx((1.0, 10.0, 100.0, 1e3, 1e4), rel=1e-12)
+    assert spaced_values(Scale.NEARNESS, 0.9, 1.0 - 1e-5, 5) == pytest.approx(
         (0.9, 0.99, 0.999, 0.9999, 0.99999), rel=1e-12
     )  # fmt: skip
-    assert spaced(Scale.COUNT, 8.0, 1.0, 4) == (8.0, 4.0, 2.0, 1.0)
-    assert spaced(Scale.COUNT, 3.0, 1.0, 9) == (3.0, 2.0, 1.0), "whole numbers are not run twice"
+    assert spaced_values(Scale.COUNT, 8.0, 1.0, 4) == (8.0, 4.0, 2.0, 1.0)
+    assert spaced_values(Scale.COUNT, 3.0, 1.0, 9) == (3.0, 2.0, 1.0), "whole numbers are not run twice"
 
 
 def test_half_way_is_half_way_on_the_scale_and_ends_within_two_per_cent() -> None:
     near = replace(AXES["nearness"], nearest=lambda value: value)
     assert near.scale is Scale.NEARNESS
-    assert near.between(0.9, 0.999) == pytest.approx(0.99, rel=1e-12)
-    assert near.between(1.0 - 1e-3, 1.0 - 1.01e-3) is None
-    assert near.between(1.0 - 1e-3, 1.0 - 1.03e-3) is not None
+    assert near.midpoint(0.9, 0.999) == pytest.approx(0.99, rel=1e-12)
+    assert near.midpoint(1.0 - 1e-3, 1.0 - 1.01e-3) is None
+    assert near.midpoint(1.0 - 1e-3, 1.0 - 1.03e-3) is not None
 
 
 # -- setups ----------------------------------------------------------------------------------------------------------
@@ -72,12 +77,12 @@ def test_fewest_steps_leave_a_pass_as_many_samples_as_a_turn_needs() -> None:
     from conrod.studies.frame.run import MIN_PASS_STEPS
 
     share = (span[1] - span[0]) / (2.0 * math.pi)
-    assert MIN_PASS_STEPS <= setting.fewest_steps * share < MIN_PASS_STEPS + share
-    assert setup().fewest_steps == 2
+    assert MIN_PASS_STEPS <= setting.min_steps * share < MIN_PASS_STEPS + share
+    assert setup().min_steps == 2
 
 
 def test_a_run_has_its_scenes_name_and_a_refusal_its_settings_reason() -> None:
-    assert Setup("called", SAW, "mujoco", "hardened").run().name == "called"
+    assert Setup("called", SAW, "mujoco", "hardened").case_with().name == "called"
     assert setup().refusal() is None
     refusal = setup(CAM).refusal()
     assert refusal is not None
@@ -86,14 +91,14 @@ def test_a_run_has_its_scenes_name_and_a_refusal_its_settings_reason() -> None:
 
 
 def test_an_engine_whose_settings_cannot_be_varied_says_so() -> None:
-    assert setup().not_varied() is None
+    assert setup().variation_refusal() is None
     lacking = Setup("saw", SAW, "exudyn", next(iter(engine_named("exudyn").presets)))
-    assert lacking.not_varied()
-    assert "exudyn" in str(lacking.not_varied()).lower()
+    assert lacking.variation_refusal()
+    assert "exudyn" in str(lacking.variation_refusal()).lower()
 
 
 def test_a_redeclared_machine_moves_as_its_scene_at_the_same_speed_and_side() -> None:
-    machine = Redeclared(SAW.kinematics.mechanism, SAW.speed, SAW)
+    machine = ReorderedMachine(SAW.kinematics.mechanism, SAW.speed, SAW)
     angles = np.linspace(0.0, 6.0, 7)
     for side in ("left", "right"):
         given, exact = (one.motion(angles, 3.0, 0.5, side) for one in (machine, SAW))
@@ -102,7 +107,7 @@ def test_a_redeclared_machine_moves_as_its_scene_at_the_same_speed_and_side() ->
         machine.motion(angles, 3.0).point("C").velocity, SAW.motion(angles, 1.0).point("C").velocity
     )
     # Without a side it is the right one, of a cam where it jumps.
-    cam = Redeclared(CAM.kinematics.mechanism, CAM.speed, CAM)
+    cam = ReorderedMachine(CAM.kinematics.mechanism, CAM.speed, CAM)
     jump = np.array(CAM.break_angles())
     point = CAM.output
     right, left = (CAM.motion(jump, 1.0, 0.0, side).point(point).acceleration for side in ("right", "left"))
@@ -124,7 +129,7 @@ def test_axes_refuse_what_a_machine_or_a_range_does_not_have() -> None:
     with pytest.raises(InvalidInput, match=r"^regularisation of a contact"):
         axis.case(cam, 1.5)
     with pytest.raises(InvalidInput, match=r"regularisation of a contact"):
-        axis.case(cam, 0.5 * CONTACT_LEAST)
+        axis.case(cam, 0.5 * MIN_CONTACT_SHARE)
     assert axis.case(cam, 1.0)
 
 
@@ -141,15 +146,20 @@ def test_masses_and_radii_of_changed_machines() -> None:
     heavy = SAW.with_parameters(slider_mass=highest) if math.isfinite(highest) else SAW
     assert output_mass(heavy) == "slider_mass"
     cam = setup(CAM, "mujoco", "tuned")
-    nose = with_nose(cam, 3.0)
+    nose = with_nose_radius(cam, 3.0)
     assert isinstance(nose, CamFollower)
     assert nose.nose_radius == pytest.approx(3e-3)
     assert nose.full_lift == pytest.approx(CAM.full_lift, rel=1e-12)
-    circle, next_to_it = with_flank(cam, ONE_CIRCLE), with_flank(cam, 1.01 * ONE_CIRCLE)
+    circle, next_to_it = (
+        with_flank_excess(cam, MAX_ONE_CIRCLE_EXCESS),
+        with_flank_excess(cam, 1.01 * MAX_ONE_CIRCLE_EXCESS),
+    )
     assert isinstance(circle, CamFollower)
     assert isinstance(next_to_it, CamFollower)
     assert circle.flank_radius == circle.least_flank_radius
-    assert next_to_it.flank_radius == pytest.approx(next_to_it.least_flank_radius + 1.01e-3 * ONE_CIRCLE, rel=1e-12)
+    assert next_to_it.flank_radius == pytest.approx(
+        next_to_it.least_flank_radius + 1.01e-3 * MAX_ONE_CIRCLE_EXCESS, rel=1e-12
+    )
 
 
 # -- torque of the drive -----------------------------------------------------------------------------------------------
@@ -178,11 +188,11 @@ def test_the_exact_torque_is_the_rate_of_energy_over_the_speed(gravity: bool) ->
 
     angles, small = np.linspace(0.1, 6.2, 40), 1e-5
     by_energy = (energy(angles + small) - energy(angles - small)) / (2.0 * small)
-    assert torque.at(angles) == pytest.approx(by_energy, rel=1e-6, abs=1e-6 * torque.peak)
-    dense = np.abs(torque.at(np.linspace(0.0, 2.0 * np.pi, 20001)))
+    assert torque.evaluate(angles) == pytest.approx(by_energy, rel=1e-6, abs=1e-6 * torque.peak)
+    dense = np.abs(torque.evaluate(np.linspace(0.0, 2.0 * np.pi, 20001)))
     assert torque.peak == pytest.approx(dense.max(), rel=1e-6)
     assert torque.peak >= dense.max() * (1.0 - 1e-12)
-    assert not torque.is_nothing
+    assert not torque.is_negligible
 
 
 def test_loads_of_a_redeclared_gravity_are_subtracted_from_the_inertia() -> None:
@@ -193,19 +203,19 @@ def test_loads_of_a_redeclared_gravity_are_subtracted_from_the_inertia() -> None
     rates = first * 5.0
     forces = inertia_forces(mechanism, poses, rates, second * 25.0) - load_forces(mechanism, poses, rates, angle / 5.0)
     expected = np.sum(forces * first, axis=1)
-    assert ExactTorque(kinematics, 5.0, gravity=True).at(angle) == pytest.approx(expected, rel=1e-12)
+    assert ExactTorque(kinematics, 5.0, gravity=True).evaluate(angle) == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize("speed", [1e-4, 1.0, 1e4])
 def test_a_drive_that_takes_something_does_so_at_any_speed(speed: float) -> None:
-    assert not ExactTorque(SAW.kinematics, speed, gravity=False).is_nothing
+    assert not ExactTorque(SAW.kinematics, speed, gravity=False).is_negligible
 
 
 # -- flights ---------------------------------------------------------------------------------------------------------
 
 
-def flights(gap: list[float], held: int = 3, pieces: int = 1) -> Flights:
-    found = Flights(held, travel=1.0)
+def flights(gap: list[float], held: int = 3, pieces: int = 1) -> FlightRecorder:
+    found = FlightRecorder(held, travel=1.0)
     angles = np.arange(float(len(gap)))
     for angle, part in zip(np.array_split(angles, pieces), np.array_split(np.array(gap), pieces), strict=True):
         found.add(angle, part)
@@ -218,20 +228,20 @@ DEPTH = -1e-3  # so the threshold is 1e-2
 @pytest.mark.parametrize("pieces", [1, 2, 5, 9])
 def test_a_flight_begins_and_ends_where_the_gap_passes_the_threshold(pieces: int) -> None:
     found = flights([DEPTH, DEPTH, DEPTH, 0.0, 0.02, 0.02, 0.0, 0.0, 0.0, 0.0], pieces=pieces)
-    longest = found.longest()
+    longest = found.longest_flight()
     assert longest is not None
     assert (longest.start, longest.landing) == pytest.approx((3.5, 5.5))
     assert found.threshold == pytest.approx(1e-2)
 
 
 def test_a_flight_that_is_not_over_lands_at_the_last_sample_and_one_from_the_start_begins_there() -> None:
-    open_end = flights([DEPTH, DEPTH, DEPTH, 0.0, 0.02, 0.02, 0.02]).longest()
+    open_end = flights([DEPTH, DEPTH, DEPTH, 0.0, 0.02, 0.02, 0.02]).longest_flight()
     assert open_end is not None
     assert (open_end.start, open_end.landing) == pytest.approx((3.5, 6.0))
-    from_start = flights([0.02, 0.02, DEPTH, DEPTH, 0.0, 0.0]).longest()
+    from_start = flights([0.02, 0.02, DEPTH, DEPTH, 0.0, 0.0]).longest_flight()
     assert from_start is not None
     assert from_start.start == 0.0
-    assert flights([DEPTH] * 6).longest() is None
+    assert flights([DEPTH] * 6).longest_flight() is None
 
 
 # -- plans -----------------------------------------------------------------------------------------------------------
@@ -270,8 +280,8 @@ def test_an_axis_that_a_machine_lacks_is_refused_with_its_reason_and_named_where
     assert (refused.axis, refused.refusal) == ("flank-radius", plan.unfit["flank-radius"])
     assert len(plan.searches) == 1
     with pytest.raises(InvalidInput, match=r"^flank-radius: .*cam"):
-        check_asked([plan])
-    check_asked([plan, planned("flank-radius", preset="tuned", scene=CAM)])
+        check_applicable([plan])
+    check_applicable([plan, planned("flank-radius", preset="tuned", scene=CAM)])
 
 
 def test_a_preset_that_is_not_for_a_scene_is_named_with_the_engines_reason() -> None:
@@ -297,21 +307,21 @@ def test_a_coarse_grid_has_every_strides_line_and_the_last_one() -> None:
         return dict.fromkeys(nodes, "same")
         yield
 
-    found = refine((10, 9), ask, 4)
+    found = classify_grid((10, 9), ask, 4)
     with pytest.raises(StopIteration):
         next(found)
     assert asked == [[(i, j) for i in (0, 4, 8, 9) for j in (0, 4, 8)]]
 
 
 def test_a_map_is_divided_into_its_levels_and_what_failed() -> None:
-    assert [standing(level) for level in ("safe", "rough", "wrong", "broken")] == ["safe", "rough", "wrong", "failed"]
+    assert [map_class(level) for level in ("safe", "rough", "wrong", "broken")] == ["safe", "rough", "wrong", "failed"]
 
 
 def test_a_maps_rows_begin_where_the_axis_does() -> None:
-    steps, nearness = grid_of(setup(steps=1000), "nearness", (5, 4))
+    steps, nearness = grid_values(setup(steps=1000), "nearness", (5, 4))
     assert (steps[0], steps[-1]) == (1000.0, 4.0)
     assert (nearness[0], nearness[-1]) == pytest.approx((0.1, 1.0 - 1e-9))
-    _, stabilisation = grid_of(setup(steps=1000), "stabilisation", (5, 4))
+    _, stabilisation = grid_values(setup(steps=1000), "stabilisation", (5, 4))
     assert stabilisation[0] == 1000.0
 
 
@@ -346,7 +356,7 @@ def test_an_onset_lies_between_what_held_and_what_flew() -> None:
 
 
 def test_a_run_at_a_float_speed_lasts_long_enough_to_land() -> None:
-    assert case_at(setup(CAM, "pymunk", "tuned"), 1.1, 0).revolutions == REVOLUTIONS
+    assert onset_case(setup(CAM, "pymunk", "tuned"), 1.1, 0).revolutions == ONSET_REVOLUTIONS
 
 
 def test_a_press_and_a_saw_have_machines_of_their_own() -> None:

@@ -26,7 +26,7 @@ Rule = Callable[[float], float | str]  # value -> position error, or outcome
 
 def started(setup: Setup, value: float) -> LimitCase:
     """Values go into a parameter of the case that no search looks at, so that answers can be made up for them."""
-    return setup.run(start_angle=value)
+    return setup.case_with(start_angle=value)
 
 
 RATIO = Axis("made-up", "made up", "value (1)", Scale.LOG, started, safe_end=1.0, failing_end=1e4)

@@ -28,7 +28,7 @@ from conrod.studies.limits.stream_run import piece_length, stream_run
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500
 
 
-extremes = Extremes.of
+extremes = Extremes.from_measurement
 
 
 def watched(scene: Any, settings: Any, revolutions: float = 2.0) -> Measurement:
@@ -137,8 +137,8 @@ def test_a_hardened_drive_gives_the_exact_torque_which_is_the_drivers_reaction(n
     scene: Any = SCENES[name]
     exact, angle = ExactTorque(scene.kinematics, scene.speed, gravity=gravity), np.linspace(0.0, 2.0 * math.pi, 720)
     told = steady_joint_forces(scene.kinematics, angle, scene.speed).drive_torque
-    assert exact.peak == pytest.approx(np.abs(exact.at(angle)).max(), rel=1e-3)
-    assert bool(np.abs(exact.at(angle) - told).max() < 1e-12 * exact.peak) is gravity
+    assert exact.peak == pytest.approx(np.abs(exact.evaluate(angle)).max(), rel=1e-3)
+    assert bool(np.abs(exact.evaluate(angle) - told).max() < 1e-12 * exact.peak) is gravity
     hardened = replace(MuJoCoSettings.hardened(scene, 400), gravity=gravity)
     error, soft = (extremes(watched(scene, one)).torque for one in (hardened, replace(hardened, hardening=None)))
     assert error < min(1e-6, 0.05 * soft)
@@ -149,7 +149,7 @@ def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest
     exact = ExactTorque(scene.kinematics, scene.speed, gravity=True)
 
     def told(_: int, piece: Piece) -> Piece:
-        torque = exact.at(piece.trajectory.bodies.acceleration.instants.angle)
+        torque = exact.evaluate(piece.trajectory.bodies.acceleration.instants.angle)
         torque[-1] += off * exact.peak
         return replace(piece, drive_torque=torque)
 

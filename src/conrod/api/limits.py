@@ -18,8 +18,8 @@ from conrod.studies.frame.resolve_arguments import (
     select_presets,
 )
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, measure_of
-from conrod.studies.limits.plan import ITEMS, check_asked, plan_limits, pursue_plans
+from conrod.studies.limits.axis import Axis, scale_coordinate
+from conrod.studies.limits.plan import SEARCHES, check_applicable, plan_limits, pursue_plans
 from conrod.studies.limits.results import LimitStudy
 
 
@@ -46,14 +46,14 @@ def limits(
     select_presets(able, preset)
     axes = as_names(axes)
     for name in axes:
-        if name not in ITEMS:
-            raise unknown_choice("axis", name, ITEMS)
+        if name not in SEARCHES:
+            raise unknown_choice("axis", name, SEARCHES)
     if span is not None and (len(axes) != 1 or axes[0] not in AXES):
         raise InvalidInput(f"--range {span[0]:g}..{span[1]:g} needs one --axis to be the range of")
     ends = None if span is None else span_of(AXES[axes[0]], span)
     items = tuple(dict.fromkeys(axes))
     plans = [plan_limits(name, scene, able, preset, items, ends) for name, scene in chosen.items()]
-    check_asked(plans)
+    check_applicable(plans)
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
         studies = pursue_plans(plans, run)
     call = text_of_call(
@@ -78,6 +78,6 @@ def span_of(axis: Axis, ends: tuple[float, float]) -> tuple[float, float]:
     if ends[0] == ends[1]:
         example = f"{axis.safe_end:g}..{axis.failing_end:g}"
         raise InvalidInput(f"--range {text!r}: give two different ends, for instance {example}")
-    at_safe = measure_of(axis.scale, axis.safe_end)
-    safe, failing = sorted(ends, key=lambda value: abs(measure_of(axis.scale, value) - at_safe))
+    at_safe = scale_coordinate(axis.scale, axis.safe_end)
+    safe, failing = sorted(ends, key=lambda value: abs(scale_coordinate(axis.scale, value) - at_safe))
     return safe, failing

@@ -43,9 +43,9 @@ def presets(context: click.Context, parameter: click.Parameter, begun: str) -> l
 
 def axes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
     """Axes and pairs of axes of `conrod limits`."""
-    from conrod.studies.limits.plan import ITEMS
+    from conrod.studies.limits.plan import SEARCHES
 
-    return _matching(ITEMS, begun)
+    return _matching(SEARCHES, begun)
 
 
 def models_or_scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:

@@ -161,7 +161,7 @@ class VersionCase(RunCase):
             raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
         try:
             # Errors predicted from gaps are not asked for.
-            return replace(measure(self, bits.add), prediction=None, payload={"bits": bits.texts()})
+            return replace(measure(self, bits.add), prediction=None, payload={"bits": bits.digests()})
         except InvalidInput:
             raise
         except (AttributeError, TypeError) as error:

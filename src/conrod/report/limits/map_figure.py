@@ -29,8 +29,8 @@ from conrod.report.limits.charts import (
 )
 from conrod.report.numbers import ROUNDING
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.maps import LimitMap, MapRun, standing
-from conrod.studies.limits.records import GOOD, ROUGH_ERROR, SAFE_ERROR, Level
+from conrod.studies.limits.maps import LimitMap, MapRun, map_class
+from conrod.studies.limits.records import GOOD_LEVELS, ROUGH_ERROR, SAFE_ERROR, Level
 
 SIZE, SCALE = (9.5, 5.3), 46  # of the figure [inch], and width of the map over the width of the scale
 LEGEND_COLUMNS = 5
@@ -62,15 +62,15 @@ def _draw_map(axes: Axes, found: LimitMap) -> None:
     x, y = axis_places(across, found.x), axis_places(upwards, found.y)
     edges = cell_edges(x), cell_edges(y)
     colours, standings = (
-        np.array([of(run) for run in found.shown.values()]).reshape(found.shape)
-        for of in (error_colour, lambda run: standing(run.level))
+        np.array([of(run) for run in found.run_by_node.values()]).reshape(found.shape)
+        for of in (error_colour, lambda run: map_class(run.level))
     )
     for colour in np.unique(colours):
         area = cells_path(colours == colour, *edges)
         axes.add_patch(PathPatch(area, facecolor=colour, edgecolor=colour, linewidth=0.2, zorder=1, **UNCLIPPED))
     axes.add_patch(PathPatch(borders_path(standings, *edges), fill=False, zorder=3, **BOUNDARY, **UNCLIPPED))
     # A run within ten per cent has only a colour, and no mark.
-    marked = [run for run in found.runs if run.level not in GOOD]
+    marked = [run for run in found.runs if run.level not in GOOD_LEVELS]
     for outcome, undetected in dict.fromkeys((run.outcome, run.undetected) for run in marked):
         runs = [run for run in marked if (run.outcome, run.undetected) == (outcome, undetected)]
         style = mark_style(outcome, undetected) | {"zorder": 6, "clip_on": False}

@@ -23,7 +23,7 @@ from conrod.report.terminal import PrintedPart
 from conrod.studies.limits import records
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.results import PARTS, LimitStudy, Walk
+from conrod.studies.limits.results import STUDY_PARTS, LimitStudy, Walk
 
 # Given values, which a folder keeps in all digits; other fractions were measured.
 EXACT_FIELDS = ("value", "last_good", "first_bad", "good_again", "x", "y", "speed", "held", "flown")
@@ -58,7 +58,7 @@ def _map_spots(one: LimitMap, drawn: Drawing) -> list[Spot]:
     places = []
     for run in one.runs:
         where = f"{one.x[run.i]:.0f} {across.label}, {axis_label(upwards)} {numbers.quantity(y[run.j])}"
-        noticed = "" if run.level in records.GOOD else ", undetected" if run.undetected else ", detected"
+        noticed = "" if run.level in records.GOOD_LEVELS else ", undetected" if run.undetected else ", detected"
         places.append((x[run.i], y[run.j], f"{where}, {run.level}, {run.outcome}{noticed}"))
     return spots_in_axes(drawn, drawn.axes[0], places)
 
@@ -116,7 +116,7 @@ def merge_studies(earlier: LimitStudy, new: LimitStudy) -> LimitStudy:
     engines = {**earlier.engines, **new.engines}
     parts: dict[str, Any] = {}
     doubts = [new.distrust]
-    for name in PARTS:
+    for name in STUDY_PARTS:
         replacing = _by_topic(getattr(new, name))
         kept = _by_topic([part for part in getattr(earlier, name) if part.engine not in changed])
         # A new part takes the place of the earlier one on its topic.

@@ -11,7 +11,7 @@ from conrod.report.charts.styles import engine_title
 from conrod.report.table import VERDICT, ColouredCell, Table, table
 from conrod.report.template import join_words
 from conrod.studies.limits.determinism import Determinism
-from conrod.studies.limits.follower_float import WITHIN, FollowerFloat
+from conrod.studies.limits.follower_float import ONSET_TOLERANCE, FollowerFloat
 from conrod.studies.limits.records import LEVELS, ROUGH_ERROR, SAFE_ERROR
 from conrod.studies.limits.results import Probe, Walk
 
@@ -140,8 +140,8 @@ def onset_table(floats: Iterable[FollowerFloat]) -> Table:
     """Return a row for each engine and preset: the measured float speed over the theory's."""
     rows = []
     for found in floats:
-        near = found.onset is not None and abs(found.onset - 1.0) <= WITHIN
-        verdict = f"{'' if near else 'not '}within {100 * WITHIN:g} %"
+        near = found.onset is not None and abs(found.onset - 1.0) <= ONSET_TOLERANCE
+        verdict = f"{'' if near else 'not '}within {100 * ONSET_TOLERANCE:g} %"
         onset = numbers.MISSING if found.onset is None else f"{found.onset:.4f}"
         rows.append((*engine_and_preset(found), onset, verdict if near else ColouredCell(verdict, "bad")))
     return table((*WHO, "onset / theory", VERDICT), rows)

@@ -10,38 +10,39 @@ from enum import Enum
 
 from conrod.studies.limits.case import LimitCase, Setup
 
-FINE = 0.02  # a boundary is found to two per cent of what its scale measures
+BOUNDARY_WIDTH = 0.02  # a boundary is found to this share of a value; on a scale of nearness, of 1 - value
 
 
 class Scale(Enum):
-    """Spacing of values on an axis, and so how they are halved."""
+    """Spacing of values on an axis, which defines the midpoint of two values."""
 
     LOG = "log"  # by ratios
     COUNT = "count"  # whole numbers, by ratios
     NEARNESS = "nearness"  # by ratios of the distance to one
-    LISTED = "listed"  # each value stands alone: there is nothing to halve
+    LISTED = "listed"  # separate values without midpoints
 
 
-def measure_of(scale: Scale, value: float) -> float:
-    """Return what equal steps along a scale are equal steps of."""
+def scale_coordinate(scale: Scale, value: float) -> float:
+    """Return the coordinate of a value on a scale: ln(value), or ln(1 - value) for nearness."""
     return math.log(1.0 - value) if scale is Scale.NEARNESS else math.log(value)
 
 
-def spaced(scale: Scale, first: float, last: float, count: int) -> tuple[float, ...]:
-    """Return values from the first to the last, evenly along the scale; fewer where whole numbers are fewer."""
-    begin, end = measure_of(scale, first), measure_of(scale, last)
-    inner = [_value(scale, begin + (end - begin) * k / (count - 1)) for k in range(1, count - 1)]
+def spaced_values(scale: Scale, first: float, last: float, count: int) -> tuple[float, ...]:
+    """Return values that are evenly spaced on a scale; fewer if whole numbers do not suffice."""
+    begin, end = scale_coordinate(scale, first), scale_coordinate(scale, last)
+    inner = [_value_at_coordinate(scale, begin + (end - begin) * k / (count - 1)) for k in range(1, count - 1)]
     return tuple(dict.fromkeys([first, *inner, last]))
 
 
-def _value(scale: Scale, measure: float) -> float:
+def _value_at_coordinate(scale: Scale, coordinate: float) -> float:
+    """Return the value at a coordinate, the inverse of `scale_coordinate`."""
     match scale:
         case Scale.COUNT:
-            return float(round(math.exp(measure)))
+            return float(round(math.exp(coordinate)))
         case Scale.NEARNESS:
-            return -math.expm1(measure)
+            return -math.expm1(coordinate)
         case _:
-            return math.exp(measure)
+            return math.exp(coordinate)
 
 
 # -- an axis -----------------------------------------------------------------------------------------------------------
@@ -52,21 +53,22 @@ Spans = tuple[tuple[float, float], ...]  # each from a safe value to a failing o
 
 @dataclass(frozen=True, eq=False)
 class Axis:
-    """One axis.
+    """An axis of `conrod limits`: a property of a run that is varied until the engine fails.
 
     Attributes:
-        name: on the command line.
-        title: in the report.
-        label: of a figure's axis, with the unit in which values are given.
-        case: the run at a value, or at the nearest one that exists; raises InvalidInput where the machine or the engine
-            cannot be given with this value.
-        safe_end, failing_end: its usual ends; a listed axis has none.
-        allowed: lowest and highest value of a range that may be asked for.
-        lacks: why a setup does not have the axis, or None.
-        ends: usual ends on a setup, where they depend on it or where there are several ways.
-        values: all values of a listed axis.
-        text: a value as people read it.
-        nearest: the value that is run where this one is asked for; on most axes there are all.
+        name: name on the command line.
+        title: title in the report.
+        label: label of a figure's axis, with the unit of the values.
+        scale: spacing of the values.
+        case: returns the run at a value, or at the nearest possible value; raises InvalidInput if machine or engine
+            cannot have this value.
+        safe_end, failing_end: usual ends; a listed axis has none.
+        allowed: lowest and highest value of a range that a user may ask for.
+        missing_reason: returns why a setup does not have the axis, None if it does.
+        ends: returns the ends of each walk on a setup, if they depend on the setup or if there are several walks.
+        values: returns all values of a listed axis.
+        text: returns a value as text for people.
+        nearest: returns the possible value nearest to a requested one.
     """
 
     name: str
@@ -77,7 +79,7 @@ class Axis:
     safe_end: float = math.nan
     failing_end: float = math.nan
     allowed: tuple[float, float] = (-math.inf, math.inf)
-    lacks: Callable[[Setup], str | None] = lambda setup: None
+    missing_reason: Callable[[Setup], str | None] = lambda setup: None
     ends: Callable[[Setup], Spans] | None = None
     values: Callable[[Setup], tuple[float, ...]] = lambda setup: ()
     text: Callable[[Setup, float], str] = lambda setup, value: f"{value:.4g}"
@@ -85,26 +87,26 @@ class Axis:
 
     @property
     def listed(self) -> bool:
-        """True where each value stands alone."""
+        """True if the axis has a list of values instead of a range."""
         return self.scale is Scale.LISTED
 
     def refusal(self, setup: Setup) -> str | None:
-        """Return None, or why this setup does not have the axis."""
-        reason = self.lacks(setup)
+        """Return why a setup does not have the axis, None if it does."""
+        reason = self.missing_reason(setup)
         return None if reason is None else f"{reason}: {self.name} does not apply"
 
-    def readable(self, setup: Setup, value: float) -> str:
-        """Return the text of a value, powers of ten as figures have them: 1e6 for 1e+06."""
+    def value_text(self, setup: Setup, value: float) -> str:
+        """Return the text of a value, with powers of ten as in figures: 1e6 for 1e+06."""
         return EXPONENT.sub(r"e\1\2", self.text(setup, value))
 
-    def between(self, good: float, bad: float) -> float | None:
-        """Return the value half-way; None where the two are within two per cent, or none that exists lies between."""
-        begin, end = measure_of(self.scale, good), measure_of(self.scale, bad)
-        middle = self.nearest(_value(self.scale, 0.5 * (begin + end)))
-        return None if abs(end - begin) <= math.log1p(FINE) or middle in (good, bad) else middle
+    def midpoint(self, good: float, bad: float) -> float | None:
+        """Return the value midway between two, None if they are within 2 % or have none between them."""
+        begin, end = scale_coordinate(self.scale, good), scale_coordinate(self.scale, bad)
+        middle = self.nearest(_value_at_coordinate(self.scale, 0.5 * (begin + end)))
+        return None if abs(end - begin) <= math.log1p(BOUNDARY_WIDTH) or middle in (good, bad) else middle
 
     def spans(self, setup: Setup) -> Spans:
-        """Return the ways to walk it."""
+        """Return the ends of each walk along the axis on a setup."""
         if self.listed:
             values = self.values(setup)
             return ((values[0], values[-1]),)

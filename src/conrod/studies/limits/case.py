@@ -1,4 +1,4 @@
-"""A scene in an engine by the rule of a preset, and one run of it at its limits."""
+"""Setups that an axis is walked for (scene, engine, preset), and their runs at the limits."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ from conrod.studies.frame.run import MIN_PASS_STEPS, RunCase
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 
-# Raised when what is recorded of a run comes out otherwise, or means something else, than before.
-WATCH_VERSION = 3
+# Increased when the same run's records change in value or meaning.
+RECORDS_VERSION = 3
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000  # steps per revolution where an axis varies something else
-# Machines that an axis makes of a scene: their tables, which presets read, are then computed once for all runs.
-VARIANTS_KEPT = 256
+# Variants of a scene are cached, so that tables that presets read are computed once for all runs.
+MAX_CACHED_VARIANTS = 256
 
 
 @dataclass(frozen=True)
-class Redeclared(GenericReference):
-    """A scene whose mechanism is declared in another order; it is run, and compared with the same closed form."""
+class ReorderedMachine(GenericReference):
+    """A scene with bodies and joints in another order, which has the scene's exact motion."""
 
     scene: Scene = field(repr=False)
 
     @property
     def lengths(self) -> Mapping[str, float]:
-        """Normalising lengths [m]; they depend on no order."""
+        """Normalising lengths [m] of the observed points, as in the scene."""
         return self.scene.lengths
 
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
-        """Return the exact motion, which depends on no order."""
+        """Return the exact motion of the scene."""
         return self.scene.motion(angle, speed, acceleration, side)
 
     def break_angles(self) -> tuple[float, ...]:
@@ -53,37 +53,43 @@ class LimitCase(RunCase):
     """A run whose measurement carries `Extremes`; see `stream_run`.
 
     Attributes:
-        declared: the mechanism with its bodies and joints in another order; None is the scene's own.
+        declared_mechanism: mechanism with bodies and joints in another order; None for the scene's own.
     """
 
     signed_angles: int = 0
-    declared: Mechanism | None = field(default=None, repr=False)
+    declared_mechanism: Mechanism | None = field(default=None, repr=False)
 
     def perform(self) -> Measurement:
         return stream_run(self)
 
     def _check_readable(self, measurement: Measurement) -> None:
-        Extremes.of(measurement)
+        Extremes.from_measurement(measurement)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
         order = None
-        if self.declared is not None:
-            order = {kind: [one.name for one in getattr(self.declared, kind)] for kind in ("bodies", "joints")}
-        return super()._identity(parameters) | {"watched": WATCH_VERSION, "declaration": order}
+        if self.declared_mechanism is not None:
+            order = {
+                kind: [one.name for one in getattr(self.declared_mechanism, kind)] for kind in ("bodies", "joints")
+            }
+        return super()._identity(parameters) | {"watched": RECORDS_VERSION, "declaration": order}
 
     @cached_property
-    def machine(self) -> Scene | Redeclared:
-        """The machine that is run and compared."""
-        return self.scene if self.declared is None else Redeclared(self.declared, self.scene.speed, self.scene)
+    def machine(self) -> Scene | ReorderedMachine:
+        """The machine that is run and compared, with its bodies and joints in the order of the case."""
+        return (
+            self.scene
+            if self.declared_mechanism is None
+            else ReorderedMachine(self.declared_mechanism, self.scene.speed, self.scene)
+        )
 
 
 @dataclass(frozen=True)
 class Setup:
-    """A scene in an engine, by the rule of a preset: what an axis is walked for.
+    """A scene in an engine with a preset, for which an axis is walked.
 
     Attributes:
-        name: of the scene, for people.
-        steps_per_revolution: where an axis varies something else; None is the usual number.
+        name: name of the scene, for people.
+        steps_per_revolution: steps if an axis varies something else; None for the usual number.
     """
 
     name: str
@@ -93,68 +99,69 @@ class Setup:
     steps_per_revolution: int | None = None
 
     @property
-    def who(self) -> tuple[str, str, str]:
+    def names(self) -> tuple[str, str, str]:
         """Names of scene, engine and preset."""
         return self.name, self.engine, self.preset
 
     @property
     def mechanism(self) -> Mechanism:
-        """The scene's, as it declares it."""
+        """The mechanism of the scene, in the scene's order of declaration."""
         return self.scene.kinematics.mechanism
 
     @property
-    def contact(self) -> bool:
-        """True of a machine with a cam."""
+    def has_contact(self) -> bool:
+        """True if the machine has a cam contact."""
         return bool(self.mechanism.cam_contacts)
 
     @property
-    def fewest_steps(self) -> int:
-        """Steps per revolution with which a run is just long enough to have accelerations, or two."""
+    def min_steps(self) -> int:
+        """Fewest steps per revolution: 2, or the fewest that give one pass enough samples for accelerations."""
         span = self.mechanism.driver.span
         return 2 if span is None else math.ceil(MIN_PASS_STEPS * 2.0 * math.pi / (span[1] - span[0]))
 
     @property
     def steps(self) -> int:
-        """Steps per revolution where an axis varies something else."""
-        return self.steps_per_revolution or (CONTACT_STEPS if self.contact else LINKAGE_STEPS)
+        """Steps per revolution if an axis varies something else."""
+        return self.steps_per_revolution or (CONTACT_STEPS if self.has_contact else LINKAGE_STEPS)
 
     @property
     def loaded_engine(self) -> Engine[Any]:
-        """The engine."""
+        """The engine object of this name."""
         return engine_named(self.engine)
 
     @property
-    def varied(self) -> SettingsVariations:
-        """The engine as one whose settings can be varied; InvalidInput where they cannot, see `not_varied`."""
+    def variations(self) -> SettingsVariations:
+        """The engine's variations of settings; raises InvalidInput without them, see `variation_refusal`."""
         return require_capability(self.loaded_engine, SettingsVariations)
 
-    def not_varied(self) -> str | None:
-        """None, or why the engine's settings cannot be varied."""
+    def variation_refusal(self) -> str | None:
+        """Return why the engine's settings cannot be varied, None if they can."""
         found = capability(self.loaded_engine, SettingsVariations)
         return found.reason if isinstance(found, MissingCapability) else None
 
     def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
-        """Return the preset's settings on this scene, or on one that it became, at the usual or other steps."""
+        """Return the preset's settings for this scene or a variant of it, at the usual steps or others."""
         made: Settings = self.loaded_engine.presets[self.preset](scene or self.scene, steps or self.steps)
         return made
 
-    def run(self, settings: Settings | None = None, **others: Any) -> LimitCase:
+    def case_with(self, settings: Settings | None = None, **others: Any) -> LimitCase:
         """Return a run of the scene with the preset's settings or others; `others` are fields of `LimitCase`."""
         return LimitCase(self.name, self.scene, settings or self.settings(), **others)
 
-    def run_of(self, scene: Scene, steps: int | None = None) -> LimitCase:
-        """Return a run of a scene that this one became, by the preset's rule for it."""
+    def case_of_variant(self, scene: Scene, steps: int | None = None) -> LimitCase:
+        """Return a run of a variant of the scene, with the preset's settings for it."""
         return LimitCase(self.name, scene, self.settings(scene, steps))
 
     def variant(self, **parameters: float) -> Scene:
-        """Return the scene with other parameter values, SI; raises InvalidInput as its constructor does."""
-        return _known(self.scene.with_parameters(**parameters))
+        """Return the scene with other parameter values [SI]; raises InvalidInput as its constructor does."""
+        return _cached_variant(self.scene.with_parameters(**parameters))
 
     def refusal(self) -> str | None:
-        """Return None, or why the preset is not for this scene."""
+        """Return why the preset does not apply to this scene, None if it does."""
         return self.loaded_engine.refusal(self.scene, self.settings())
 
 
-@lru_cache(VARIANTS_KEPT)
-def _known(scene: Scene) -> Scene:
+@lru_cache(MAX_CACHED_VARIANTS)
+def _cached_variant(scene: Scene) -> Scene:
+    """Return the first of equal scenes, whose tables are kept."""
     return scene

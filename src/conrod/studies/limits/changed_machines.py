@@ -1,4 +1,4 @@
-"""Machines that axes make of a scene, and why a scene has none: masses, units, change points, orders, cams."""
+"""Variants of a scene along an axis, or why it has none: masses, units, change points, declaration, cams."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from conrod.scenes.cam_follower import FLANK_RADIUS_ROUNDING
 from conrod.studies.limits.case import Setup
 
 MM = 1e-3  # [m]
-SCENES_KEPT = 16
+MAX_CACHED_SCENES = 16
 
 # -- masses and units ------------------------------------------------------------------------------------------------
 
 
 def with_mass_ratio(setup: Setup, ratio: float) -> Scene:
-    """Return the machine whose output link has so many times the mass of the rod that drives it."""
+    """Return the machine with a ratio of the output link's mass to the driving rod's."""
     rod, mass = driving_rod(setup.scene), output_mass(setup.scene)
     assert rod is not None
     assert mass is not None
     return setup.variant(**{mass: ratio * setup.mechanism.body(rod).mass})
 
 
-def no_mass_ratio(setup: Setup) -> str | None:
-    """Return None, or what a machine lacks for unequal masses of rod and output link."""
+def mass_ratio_refusal(setup: Setup) -> str | None:
+    """Return why a machine's mass ratio cannot be varied, None if it can."""
     if driving_rod(setup.scene) is None:
         return f"the {setup.scene.kind} has no connecting rod"
     if output_mass(setup.scene) is None:
@@ -39,7 +39,7 @@ def no_mass_ratio(setup: Setup) -> str | None:
 
 
 def driving_rod(scene: Scene) -> str | None:
-    """Return the link that is pinned to the one with the output point, and is neither crank nor ground."""
+    """Return the link pinned to the output link that is neither crank nor ground; None if missing."""
     mechanism = scene.kinematics.mechanism
     link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
     pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and link in (joint.a, joint.b)]
@@ -48,9 +48,9 @@ def driving_rod(scene: Scene) -> str | None:
 
 
 def output_mass(scene: Scene) -> str | None:
-    """Return the parameter that is the mass of the link which carries the scene's output point; None for none.
+    """Return the parameter that is the output link's mass; None if missing.
 
-    It is found by what it does: of the parameters in kg, the one that moves this link's mass and no other's.
+    It is found by its effect: of the parameters in kg, the one that changes the mass of this link and of no other.
     """
     mechanism = scene.mechanism()
     link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
@@ -63,11 +63,11 @@ def output_mass(scene: Scene) -> str | None:
     return None
 
 
-WITH_A_METRE = ("m", "N")  # a newton is one kilogram metre over a square second
+UNITS_WITH_METRE = ("m", "N")  # a newton is one kilogram metre over a square second
 
 
-def rescaled(scene: Scene, factor: float) -> dict[str, float]:
-    """Return the parameters of a scene whose unit of length is `factor` times smaller; masses and times keep theirs."""
+def rescaled_parameters(scene: Scene, factor: float) -> dict[str, float]:
+    """Return a scene's parameters in a unit of length `factor` times smaller, with the same kg and s."""
     facts = scene.parameter_facts()
     return {name: value * factor ** length_power(facts[name].unit) for name, value in scene.parameters.items()}
 
@@ -77,18 +77,18 @@ def length_power(unit: str) -> int:
     power = 0
     for sign, product in zip((1, -1, -1), unit.split("/"), strict=False):
         for name, _, exponent in (term.partition("^") for term in product.split("*")):
-            power += sign * int(exponent or 1) if name in WITH_A_METRE else 0
+            power += sign * int(exponent or 1) if name in UNITS_WITH_METRE else 0
     return power
 
 
 # -- change points and poses -----------------------------------------------------------------------------------------
 
 
-def near_change_point(setup: Setup, nearness: float) -> Scene:
-    """Return the machine whose length is so much of its limit: the one length that has to change, and alone does.
+def with_change_point_nearness(setup: Setup, nearness: float) -> Scene:
+    """Return the machine with one length at a share of its limit, where it has a change point.
 
-    A press' crank as long as the rod: the slider could stand still on the shaft while both turn together. A saw's
-    offset as large as rod - crank: the rod stands across the slide when the crank points away from it.
+    A press has one if crank = rod: the slider may rest on the crankshaft while crank and rod rotate together. A saw has
+    one if offset = rod - crank: the rod is perpendicular to the slide when the crank points away from it.
     """
     p = setup.scene.parameters
     if isinstance(setup.scene, ShearPress):
@@ -96,15 +96,15 @@ def near_change_point(setup: Setup, nearness: float) -> Scene:
     return setup.variant(offset=math.copysign(nearness * (p["rod"] - p["crank"]), p["offset"]))
 
 
-def no_change_point(setup: Setup) -> str | None:
-    """Return None, or why a machine is not brought to a change point."""
+def change_point_refusal(setup: Setup) -> str | None:
+    """Return why a machine has no known change point, None if it has one."""
     known = isinstance(setup.scene, ShearPress | Saw)
     return None if known else f"which lengths bring the {setup.scene.kind} to a change point is not known"
 
 
-@lru_cache(SCENES_KEPT)
-def dead_angles(scene: Scene) -> tuple[float, ...]:
-    """Return the crank angles [deg] of the dead centres, where a driven link turns back without a dwell."""
+@lru_cache(MAX_CACHED_SCENES)
+def dead_centre_angles(scene: Scene) -> tuple[float, ...]:
+    """Return crank angles [deg] of dead centres without a dwell, where a driven link reverses."""
     centres = [centre for output in output_links(sample_motion(scene.kinematics)) for centre in output.dead_centres]
     return tuple(sorted({math.degrees(centre.angle) for centre in centres if centre.angle == centre.until}))
 
@@ -112,25 +112,28 @@ def dead_angles(scene: Scene) -> tuple[float, ...]:
 # -- order of declaration --------------------------------------------------------------------------------------------
 
 
-def orders(setup: Setup, most: int) -> tuple[float, ...]:
-    """Return numbers of orders of declaration: all, or `most` evenly spread, the last of which reverses everything."""
+def order_numbers(setup: Setup, most: int) -> tuple[float, ...]:
+    """Return all numbers of orders of declaration, or `most` of them evenly spread, with the first and the last."""
     last = math.factorial(len(setup.mechanism.bodies)) * math.factorial(len(setup.mechanism.joints)) - 1
     count = min(most, last + 1)
     return tuple(dict.fromkeys(float(round(k * last / max(count - 1, 1))) for k in range(count)))
 
 
-def declared(setup: Setup, number: float) -> Mechanism:
-    """Return the mechanism in the order of declaration of a number; 0 is the scene's own."""
+def reordered_mechanism(setup: Setup, number: float) -> Mechanism:
+    """Return the mechanism with bodies and joints in the order of a number; 0 is the scene's own order."""
     of_bodies, of_joints = divmod(round(number), math.factorial(len(setup.mechanism.joints)))
-    bodies, joints = permutation(setup.mechanism.bodies, of_bodies), permutation(setup.mechanism.joints, of_joints)
+    bodies, joints = (
+        numbered_permutation(setup.mechanism.bodies, of_bodies),
+        numbered_permutation(setup.mechanism.joints, of_joints),
+    )
     return replace(setup.mechanism, bodies=bodies, joints=joints)
 
 
 Element = TypeVar("Element")
 
 
-def permutation(elements: Sequence[Element], number: int) -> tuple[Element, ...]:
-    """Return the permutation of a number: 0 leaves all in place, the last reverses them (factorial number system)."""
+def numbered_permutation(elements: Sequence[Element], number: int) -> tuple[Element, ...]:
+    """Return the permutation of a number (factorial number system): 0 is the identity, the last the reversal."""
     left, chosen = list(elements), []
     for size in range(len(elements), 0, -1):
         place, number = divmod(number, math.factorial(size - 1))
@@ -140,54 +143,55 @@ def permutation(elements: Sequence[Element], number: int) -> tuple[Element, ...]
 
 # -- cams ------------------------------------------------------------------------------------------------------------
 
-LEAST_EXCESS = FLANK_RADIUS_ROUNDING / MM  # [mm]
-ONE_CIRCLE = LEAST_EXCESS * 1.001  # [mm]; rounding of the scene's own radius must not decide which cam it is
-PRELOAD = "preload"  # force on the follower over (its mass x its largest downward acceleration at the scene's speed)
+MIN_FLANK_EXCESS = FLANK_RADIUS_ROUNDING / MM  # [mm]
+MAX_ONE_CIRCLE_EXCESS = MIN_FLANK_EXCESS * 1.001  # [mm]; up to here a cam is one circle, in spite of rounding
+PRELOAD = "preload"  # parameter: force on the follower / (its mass x its largest downward acceleration)
 
 
 def flank_excess(setup: Setup) -> float:
-    """Return the scene's own flank radius over the least one [mm]."""
+    """Excess [mm] of the scene's flank radius over the least one."""
     assert isinstance(setup.scene, CamFollower)
     return (setup.scene.flank_radius - setup.scene.least_flank_radius) / MM
 
 
-def with_flank(setup: Setup, excess: float) -> Scene:
-    """Return the cam whose flank radius exceeds the least one by so much [mm]."""
+def with_flank_excess(setup: Setup, excess: float) -> Scene:
+    """Return the cam whose flank radius is the least one plus an excess [mm]."""
     assert isinstance(setup.scene, CamFollower)
-    over = excess * MM if excess > ONE_CIRCLE else 0.0
+    over = excess * MM if excess > MAX_ONE_CIRCLE_EXCESS else 0.0
     return setup.variant(flank_radius=setup.scene.least_flank_radius + over)
 
 
-def no_flank(setup: Setup) -> str | None:
-    """Return None, or why a flank radius is not varied."""
+def flank_refusal(setup: Setup) -> str | None:
+    """Return why a flank radius cannot be varied, None if it can."""
     if isinstance(setup.scene, CamFollower) and setup.scene.is_one_circle:
         return f"the {setup.scene.kind} has its least flank radius already"
-    return no_such_cam(setup)
+    return cam_refusal(setup)
 
 
-def with_nose(setup: Setup, radius: float) -> Scene:
-    """Return the cam with a nose radius [mm]; the nose's centre moves out, so that lift and least flank radius stay."""
+def with_nose_radius(setup: Setup, radius: float) -> Scene:
+    """Return the cam with a nose radius [mm], and the same lift and least flank radius."""
     assert isinstance(setup.scene, CamFollower)
     nose = radius * MM
     return setup.variant(nose_radius=nose, centre_distance=setup.scene.full_lift + setup.scene.base_radius - nose)
 
 
-def no_such_cam(setup: Setup) -> str | None:
-    """Return None, or why a radius of the cam that ships is not varied on another machine."""
+def cam_refusal(setup: Setup) -> str | None:
+    """Return why the radii of a cam cannot be varied, None if they can."""
     known = isinstance(setup.scene, CamFollower)
     return None if known else f"which radii of a cam of the {setup.scene.kind} go together is not known"
 
 
-def at_float_speed(setup: Setup, share: float) -> Scene:
-    """Return the cam turning at a share of the float speed, its follower held by the same force.
+def with_float_speed_share(setup: Setup, share: float) -> Scene:
+    """Return the cam at a share of the float speed, with the same force on its follower.
 
-    Accelerations grow with the square of the speed, so at s times the float speed the preload is 1 / s^2.
+    Accelerations grow with the square of the speed, so at s times the float speed the preload is 1 / s^2. The float
+    speed is speed * sqrt(preload), where the force just gives the largest downward acceleration.
     """
     speed = share * (setup.scene.speed * math.sqrt(setup.scene.parameters[PRELOAD]))
     return setup.variant(speed=speed, **{PRELOAD: 1.0 / share**2})
 
 
-def no_float(setup: Setup) -> str | None:
-    """Return None, or why a machine has no float speed."""
+def float_refusal(setup: Setup) -> str | None:
+    """Return why a machine has no float speed, None if it has one."""
     held = setup.scene.parameters.get(PRELOAD, 0.0) > 0.0
     return None if held else f"the {setup.scene.kind} has no follower that a force holds down"

@@ -1,4 +1,4 @@
-"""Runs that are made again, compared to the last bit: in one process, and in another one."""
+"""Repeated runs, compared to the last bit: in the same process and in another."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 
-# Runs that a case of this kind is made of, in their order.
-RUNS = ("first", "again", "after another machine", "in another process")
-BETWEEN_STEPS = 200  # a revolution of the machine that runs in between
+# Runs of a `RepeatedCase`, in their order.
+REPEATED_RUNS = ("first", "again", "after another machine", "in another process")
+OTHER_MACHINE_STEPS = 200  # per revolution, of the machine that runs in between
 
-Task = Callable[[LimitCase], Measurement]
+RunFunction = Callable[[LimitCase], Measurement]  # makes one run; can be pickled
 
 
 @dataclass(frozen=True)
 class RepeatedCase(LimitCase):
-    """A run that is made four times, see `RUNS`; its measurement is the first one's, with the others' fingerprints."""
+    """A run made four times, see `REPEATED_RUNS`; its measurement holds the fingerprint of each."""
 
     def perform(self) -> Measurement:
-        return repeated(self)
+        return run_repeatedly(self)
 
     def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
-        return super()._identity(parameters) | {"repeated": RUNS}
+        return super()._identity(parameters) | {"repeated": REPEATED_RUNS}
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class Determinism:
     """Comparison of the repeated runs of an engine with a preset on a scene.
 
     Attributes:
-        outcome, reason: of the run itself, or, where the other process had none, how that one ended.
-        fingerprints: of all states and observed points, by the names of `RUNS`; empty where there is no run.
+        outcome, reason: how the run ended; how the other process ended if it failed.
+        fingerprints: hashes of all states and observed points, by the names of `REPEATED_RUNS`; empty without a run.
     """
 
     scene: str
@@ -51,44 +51,45 @@ class Determinism:
 
     @property
     def identical(self) -> dict[str, bool]:
-        """True for each of the other runs that was the first one bit for bit; empty where there is no run."""
-        others = RUNS[1:] if self.fingerprints else ()
-        return {run: self.fingerprints[run] == self.fingerprints[RUNS[0]] for run in others}
+        """True for each repeated run that equals the first to the last bit; empty without a run."""
+        others = REPEATED_RUNS[1:] if self.fingerprints else ()
+        return {run: self.fingerprints[run] == self.fingerprints[REPEATED_RUNS[0]] for run in others}
 
 
 def determinism_search(setup: Setup) -> Study[Determinism]:
-    """Make the runs of a setup, at its usual steps, again and again."""
+    """Repeat the run of a setup at its usual steps, and compare the fingerprints."""
     case = RepeatedCase(setup.name, setup.scene, setup.settings())
     results = yield (case,)
     measurement = results[case.key]
-    recorded = Extremes.of(measurement)
+    recorded = Extremes.from_measurement(measurement)
     prints = (recorded.fingerprint, *recorded.again) if recorded.again else ()
-    named = dict(zip(RUNS, prints, strict=False))
-    return Determinism(*setup.who, measurement.outcome, measurement.reason, named)
+    named = dict(zip(REPEATED_RUNS, prints, strict=False))
+    return Determinism(*setup.names, measurement.outcome, measurement.reason, named)
 
 
-def repeated(case: RepeatedCase, task: Task = stream_run) -> Measurement:
-    """Return the measurement of a run that is made again and again.
+def run_repeatedly(case: RepeatedCase, task: RunFunction = stream_run) -> Measurement:
+    """Make a run four times, and return its measurement with the fingerprints of all.
 
     Args:
-        task: what makes one run; a function that can be pickled.
+        case: the run.
+        task: makes one run; a function that can be pickled.
     """
     once = LimitCase(case.name, case.scene, case.settings)
     first, again = task(once), task(once)
-    task(_another(once))
+    task(_case_of_other_machine(once))
     after = task(once)
     elsewhere = call_isolated(task, once)
     if isinstance(elsewhere, FailedCall):
         return Measurement(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
     if first.extremes is None:
         return first
-    others = tuple(Extremes.of(run).fingerprint for run in (again, after, elsewhere))
-    return replace(first, extremes=plain_values(replace(Extremes.of(first), again=others)))
+    others = tuple(Extremes.from_measurement(run).fingerprint for run in (again, after, elsewhere))
+    return replace(first, extremes=plain_values(replace(Extremes.from_measurement(first), again=others)))
 
 
-def _another(case: LimitCase) -> LimitCase:
-    """A run of another machine in the same engine: what it leaves behind there is not that machine's own."""
+def _case_of_other_machine(case: LimitCase) -> LimitCase:
+    """Case of another machine in the same engine, to find state that an engine keeps between runs."""
     scene: Scene = Saw() if not isinstance(case.scene, Saw) else ShearPress()
-    # Whatever preset the engine names first: every machine can be run with it.
+    # The engine's first preset can run every machine.
     preset = next(iter(engine_named(case.settings.engine).presets.values()))
-    return LimitCase("another", scene, preset(scene, BETWEEN_STEPS), revolutions=1.0)
+    return LimitCase("another", scene, preset(scene, OTHER_MACHINE_STEPS), revolutions=1.0)

@@ -1,4 +1,4 @@
-"""Pairs of axes mapped together: where an engine fails by its steps per revolution and by one thing more."""
+"""Maps of where an engine fails over two axes: its steps per revolution and another axis."""
 
 from __future__ import annotations
 
@@ -14,51 +14,51 @@ from scipy import ndimage
 
 from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import spaced
+from conrod.studies.limits.axis import spaced_values
 from conrod.studies.limits.case import Setup
 from conrod.studies.limits.records import Level, is_undetected, level_of
 
-STRIDE = 8
-UNKNOWN = -1
+COARSE_STRIDE = 8  # nodes between two lines of the coarse grid
+UNKNOWN = -1  # class number of a node that was not run
 
 Node = tuple[int, int]  # indices along the two axes
-Class = TypeVar("Class", bound=Hashable)
-Codes = NDArray[np.int_]  # of a grid, a number for each class, or UNKNOWN
+NodeClass = TypeVar("NodeClass", bound=Hashable)
+ClassNumbers = NDArray[np.int_]  # (I, J) of a grid, the number of each node's class, or UNKNOWN
 
 
-def refine(
+def classify_grid(
     shape: tuple[int, int],
-    ask: Callable[[Sequence[Node]], Generator[Any, Any, Mapping[Node, Class]]],
-    stride: int = STRIDE,
-) -> Generator[Any, Any, dict[Node, Class]]:
-    """Find the class of every node of a grid; return those of the nodes that were run, in their order.
+    ask: Callable[[Sequence[Node]], Generator[Any, Any, Mapping[Node, NodeClass]]],
+    stride: int = COARSE_STRIDE,
+) -> Generator[Any, Any, dict[Node, NodeClass]]:
+    """Run nodes of a grid along the boundaries between classes, and return the class of each node that was run.
 
-    Three rules say which nodes are run, all of them until none asks for another:
+    Three rules select nodes, until none selects another:
 
-    1. A coarse grid: every node of some rows that is also in some columns.
-    2. Where neighbours along a line differ and lie apart, the one in the middle is run: first along the lines of the
-       coarse grid, in the end along all.
-    3. Where two corners of a unit cell differ, its other corners are run: so a boundary is followed wherever it leads.
+    1. Coarse grid: the nodes at the crossings of every n-th row and column.
+    2. Bisection: if two known neighbours on a line differ and are not adjacent, the node midway; first on the lines of
+       the coarse grid, in the end on all lines.
+    3. Boundary tracking: if two corners of a unit cell differ, its other corners.
 
-    A node that was never run then lies in an area around which all nodes were run and are of one class: it inherits
-    that. What the rules cannot see is an area of a class of its own that slips between two coarse lines.
+    A node that was not run is then enclosed by nodes of one class, and inherits that class. An area that lies between
+    two coarse lines without crossing one is missed.
 
     Args:
         shape: number of nodes along the two axes, at least 2 each.
         ask: study that runs some nodes and returns their classes.
-        stride: of the coarse grid, in nodes. The last row and the last column are in it whatever their distance.
+        stride: n of the coarse grid, which also has the last row and the last column.
     """
     rows, columns = ((*range(0, length - 1, stride), length - 1) for length in shape)
-    found: dict[Node, Class] = {}
+    found: dict[Node, NodeClass] = {}
     wanted = list(product(rows, columns))
     while wanted:
         found |= yield from ask(wanted)
-        wanted = _wanted(codes(shape, found), rows, columns)
+        wanted = _next_nodes(class_numbers(shape, found), rows, columns)
     return found
 
 
-def codes(shape: tuple[int, int], labels: Mapping[Node, Hashable]) -> Codes:
-    """Return a grid with a number for each label, and UNKNOWN where there is none."""
+def class_numbers(shape: tuple[int, int], labels: Mapping[Node, Hashable]) -> ClassNumbers:
+    """Return the label numbers of a grid (I, J); UNKNOWN for nodes without a label."""
     numbers = {label: k for k, label in enumerate(dict.fromkeys(labels.values()))}
     grid = np.full(shape, UNKNOWN)
     for node, label in labels.items():
@@ -66,28 +66,29 @@ def codes(shape: tuple[int, int], labels: Mapping[Node, Hashable]) -> Codes:
     return grid
 
 
-def nearest_runs(known: Codes) -> NDArray[np.int_]:
-    """Return of every node the run one that is reached from it in the fewest steps along lines; (2, I, J)."""
+def nearest_known_nodes(known: ClassNumbers) -> NDArray[np.int_]:
+    """Return the indices (2, I, J) of the known node nearest to each node, in taxicab distance."""
     unknown = known == UNKNOWN
     nearest = ndimage.distance_transform_cdt(unknown, "taxicab", return_distances=False, return_indices=True)
     return np.asarray(nearest, dtype=int)
 
 
-def _wanted(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
-    """Nodes that the rules ask for; along all lines only where they ask for nothing along some."""
-    some = {*_middles(known, rows, columns), *_corners(known)}
-    return sorted(some or _middles(known, *map(range, known.shape)))
+def _next_nodes(known: ClassNumbers, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
+    """Nodes to run next: by rules 2 and 3 of `classify_grid` on the coarse lines, else by rule 2 on all lines."""
+    some = {*_boundary_middles(known, rows, columns), *_boundary_corners(known)}
+    return sorted(some or _boundary_middles(known, *map(range, known.shape)))
 
 
-def _middles(known: Codes, rows: Iterable[int], columns: Iterable[int]) -> Iterator[Node]:
-    """Nodes in the middle of a gap between two that differ, along some rows and columns."""
+def _boundary_middles(known: ClassNumbers, rows: Iterable[int], columns: Iterable[int]) -> Iterator[Node]:
+    """Nodes midway between differing neighbours on some rows and columns."""
     for i in rows:
-        yield from ((i, j) for j in _gaps(known[i]))
+        yield from ((i, j) for j in _line_middles(known[i]))
     for j in columns:
-        yield from ((i, j) for i in _gaps(known[:, j]))
+        yield from ((i, j) for i in _line_middles(known[:, j]))
 
 
-def _gaps(line: Codes) -> list[int]:
+def _line_middles(line: ClassNumbers) -> list[int]:
+    """Indices midway between known neighbours of a line that differ and are not adjacent."""
     at = np.flatnonzero(line != UNKNOWN)
     first, last = at[:-1], at[1:]
     apart = (line[first] != line[last]) & (last - first > 1)
@@ -95,8 +96,8 @@ def _gaps(line: Codes) -> list[int]:
     return middles
 
 
-def _corners(known: Codes) -> list[Node]:
-    """Unknown corners of the unit cells of which two corners differ."""
+def _boundary_corners(known: ClassNumbers) -> list[Node]:
+    """Unknown corners of unit cells with two known corners that differ."""
     cells = [(slice(i, known.shape[0] - 1 + i), slice(j, known.shape[1] - 1 + j)) for i in (0, 1) for j in (0, 1)]
     corners = np.stack([known[cell] for cell in cells])
     least = np.where(corners == UNKNOWN, np.iinfo(known.dtype).max, corners).min(axis=0)
@@ -107,23 +108,21 @@ def _corners(known: Codes) -> list[Node]:
     return [(int(i), int(j)) for i, j in np.argwhere(wanted & (known == UNKNOWN))]
 
 
-# The axes that are mapped with the steps per revolution, with their ends; None is as many steps as the finest run takes
-# for a turn.
-PAIRS: dict[str, tuple[float | None, float]] = {
+# Ends of the axes that are mapped with the steps per revolution; None is the most steps per revolution.
+MAPPED_AXES: dict[str, tuple[float | None, float]] = {
     "mass-ratio": (1e-6, 1e6),
     "nearness": (0.1, 1.0 - 1e-9),
     "stabilisation": (None, 0.1),
 }
-# From the usual steps down to so many times fewer: 1000 .. 4 of a linkage, 20000 .. 80 of a cam.
-FEWER = 250.0
-# Columns and rows. A boundary costs runs in proportion to its length, so a finer map needs a smaller share of them.
-RESOLUTION = (65, 65)
-IN_ONE_PIECE = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
+STEPS_REDUCTION = 250.0  # usual steps over the fewest: 1000 .. 4 for a linkage, 20000 .. 80 for a cam
+# Columns and rows. Runs are in proportion to the length of the boundaries, so a finer map runs a smaller share.
+MAP_RESOLUTION = (65, 65)
+ASSEMBLED_LEVELS = {level.slug for level in (Level.SAFE, Level.ROUGH, Level.WRONG)}
 FAILED = "failed"
 
 
 class MapRun(NamedTuple):
-    """A node that was run.
+    """A node of a map that was run.
 
     Attributes:
         i, j: its column and its row.
@@ -141,12 +140,12 @@ class MapRun(NamedTuple):
 
 @dataclass(frozen=True)
 class LimitMap:
-    """A pair of axes mapped for one preset of one engine on one scene.
+    """Map of two axes for one preset of one engine on one scene.
 
     Attributes:
         x_axis, y_axis: names of the axes.
         x, y: values of the columns and of the rows, in the axes' units.
-        runs: the nodes that were run; every other one has what it shows from the nearest of them.
+        runs: the nodes that were run; every other node inherits from the nearest of them.
     """
 
     scene: str
@@ -165,54 +164,55 @@ class LimitMap:
 
     @property
     def nodes(self) -> int:
-        """Runs of the full grid."""
+        """Number of nodes of the full grid."""
         return len(self.x) * len(self.y)
 
     @cached_property
-    def shown(self) -> dict[Node, MapRun]:
-        """Of every node the run that it stands for, or inherits from; it is the node's own if its i and j are."""
-        nearest = nearest_runs(codes(self.shape, {(run.i, run.j): None for run in self.runs}))
+    def run_by_node(self) -> dict[Node, MapRun]:
+        """The run nearest to each node, by the node's indices (i, j)."""
+        nearest = nearest_known_nodes(class_numbers(self.shape, {(run.i, run.j): None for run in self.runs}))
         run_at = {(run.i, run.j): run for run in self.runs}
         return {node: run_at[tuple(nearest[:, *node].tolist())] for node in np.ndindex(self.shape)}
 
 
-def standing(level: str) -> str:
-    """Return the class that divides a map: safe, rough, wrong, or failed in whatever way."""
-    return level if level in IN_ONE_PIECE else FAILED
+def map_class(level: str) -> str:
+    """Return the class of a level on a map: safe, rough, wrong, or failed for all worse levels."""
+    return level if level in ASSEMBLED_LEVELS else FAILED
 
 
-def grid_of(setup: Setup, other: str, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return values of the steps and of another axis; of the steps fewer where there are fewer whole numbers."""
-    (columns, rows), (first, last) = resolution, PAIRS[other]
-    steps = spaced(AXES["steps"].scale, float(setup.steps), setup.steps / FEWER, columns)
-    return steps, spaced(AXES[other].scale, float(setup.steps) if first is None else first, last, rows)
+def grid_values(setup: Setup, other: str, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the values of the steps and of another axis; fewer steps if whole numbers do not suffice."""
+    (columns, rows), (first, last) = resolution, MAPPED_AXES[other]
+    steps = spaced_values(AXES["steps"].scale, float(setup.steps), setup.steps / STEPS_REDUCTION, columns)
+    return steps, spaced_values(AXES[other].scale, float(setup.steps) if first is None else first, last, rows)
 
 
 def map_search(
-    setup: Setup, other: str, resolution: tuple[int, int] = RESOLUTION, stride: int = STRIDE
+    setup: Setup, other: str, resolution: tuple[int, int] = MAP_RESOLUTION, stride: int = COARSE_STRIDE
 ) -> Study[LimitMap]:
-    """Map a pair, running along the boundaries of safe, rough, wrong and failed; see `conrod.studies.limits.maps`.
+    """Map steps and another axis along the boundaries of safe, rough, wrong and failed; see `classify_grid`.
 
     Raises:
         InvalidInput: the machine or the engine cannot be given with some values.
     """
-    x, y = grid_of(setup, other, resolution)
+    x, y = grid_values(setup, other, resolution)
     runs: dict[Node, MapRun] = {}
 
     def ask(nodes: Sequence[Node]) -> Study[Mapping[Node, str]]:
-        # By rows, each of which is one machine: what is computed from it is then still at hand.
+        # By rows, each of which is one machine, so that its cached tables are reused.
         cases = {
             (i, j): AXES[other].case(replace(setup, steps_per_revolution=round(x[i])), y[j])
             for i, j in sorted(nodes, key=lambda node: (node[1], node[0]))
         }
         results = yield tuple(cases.values())
-        runs.update({node: _run(node, results[case.key]) for node, case in cases.items()})
-        return {node: standing(runs[node].level) for node in nodes}
+        runs.update({node: _map_run(node, results[case.key]) for node, case in cases.items()})
+        return {node: map_class(runs[node].level) for node in nodes}
 
-    yield from refine((len(x), len(y)), ask, stride)
-    return LimitMap(*setup.who, "steps", other, x, y, tuple(runs[node] for node in sorted(runs)))
+    yield from classify_grid((len(x), len(y)), ask, stride)
+    return LimitMap(*setup.names, "steps", other, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
-def _run(node: Node, measurement: Measurement) -> MapRun:
+def _map_run(node: Node, measurement: Measurement) -> MapRun:
+    """Findings on a node from its measurement."""
     level, error = level_of(measurement).slug, measurement.largest("position")
     return MapRun(*node, level, measurement.outcome, is_undetected(measurement), error)

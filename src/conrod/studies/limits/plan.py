@@ -1,4 +1,4 @@
-"""Plan of a scene's limits: axes walked with their boundaries found by halving, and all searches of a request."""
+"""Walks along an axis, with boundaries found by bisection, and the plan of all searches on a scene."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from conrod.scenes import Scene
 from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study, pursue
 from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.limits.axes import AXES
-from conrod.studies.limits.axis import Axis, spaced
+from conrod.studies.limits.axis import Axis, spaced_values
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
-from conrod.studies.limits.follower_float import float_search
-from conrod.studies.limits.maps import PAIRS, map_search
+from conrod.studies.limits.follower_float import onset_search
+from conrod.studies.limits.maps import MAPPED_AXES, map_search
 from conrod.studies.limits.records import LEVELS, Extremes, Level, is_undetected, level_of
-from conrod.studies.limits.results import PARTS, Boundary, LimitStudy, Probe, Walk
+from conrod.studies.limits.results import STUDY_PARTS, Boundary, LimitStudy, Probe, Walk
 
-# Three runs in each of four decades: what fails and holds again between two of them is missed.
-SCANNED = 13
-# The worst level that still counts, for each boundary that is looked for.
+# First values of a walk, 3 in each of 4 decades; a failure that lies between two of them is missed.
+SCAN_COUNT = 13
+# Worst level that satisfies a criterion; a boundary is searched for each.
 CRITERIA = (Level.SAFE, Level.ROUGH, Level.WRONG, Level.BROKEN)
 
 
 def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Walk]:
-    """Walk an axis between two values, the safe one first.
+    """Walk an axis from a safe value to a failing one, and bisect its boundaries.
 
     Raises:
         InvalidInput: the machine cannot be given with a value of the range.
@@ -39,7 +39,7 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
     if axis.listed:
         asked = list(axis.values(setup))
     else:
-        asked = list(dict.fromkeys(axis.nearest(value) for value in spaced(axis.scale, first, last, SCANNED)))
+        asked = list(dict.fromkeys(axis.nearest(value) for value in spaced_values(axis.scale, first, last, SCAN_COUNT)))
     while asked:
         cases = {value: axis.case(setup, value) for value in asked}
         results = yield tuple(cases.values())
@@ -50,28 +50,28 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
         boundaries = tuple(boundary_of(list(probes.values()), level) for level in CRITERIA)
         # Halved where a boundary is not yet narrow enough.
         ends = [(b.last_good, b.first_bad) for b in boundaries]
-        middles = [axis.between(good, bad) for good, bad in ends if good is not None and bad is not None]
+        middles = [axis.midpoint(good, bad) for good, bad in ends if good is not None and bad is not None]
         asked = [middle for middle in dict.fromkeys(middles) if middle is not None]
-    return Walk(axis.name, *setup.who, "", tuple(probes.values()), boundaries)
+    return Walk(axis.name, *setup.names, "", tuple(probes.values()), boundaries)
 
 
 def probe_of(axis: Axis, setup: Setup, value: float, measurement: Measurement) -> Probe:
-    """Return what a run on an axis showed."""
+    """Return the findings of a run at a value of an axis."""
     errors = {q: measurement.largest(q) for q in QUANTITIES}
     return Probe(
         value=value,
-        text=axis.readable(setup, value),
+        text=axis.value_text(setup, value),
         level=level_of(measurement).slug,
         outcome=measurement.outcome,
         undetected=is_undetected(measurement),
         reason=measurement.reason,
         errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
-        torque=Extremes.of(measurement).torque,
+        torque=Extremes.from_measurement(measurement).torque,
     )
 
 
 def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
-    """Return the boundary of a criterion, among probes in the order from the safe end to the failing one."""
+    """Return the boundary of a criterion from probes in order from the safe end to the failing end."""
     held = [LEVELS.index(probe.level) <= LEVELS.index(criterion.slug) for probe in probes]
     if all(held):
         return Boundary(criterion.slug, probes[-1].value, None, None, False, ())
@@ -83,38 +83,41 @@ def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
 
 # -- the plan ----------------------------------------------------------------------------------------------------------
 
-Search = Callable[[], Study[Any]]  # not begun; its findings are one part of a study
-Span = tuple[float, float] | None  # first and last value of an axis, where other ends than its own are asked for
+Search = Callable[[], Study[Any]]  # begins a study whose findings are one part of a `LimitStudy`
+Span = tuple[float, float] | None  # first and last value asked for; None for the usual ends of the axis
 
 
-def _walks(axis: Axis, setup: Setup, asked: Span) -> list[Search]:
+def _walk_searches(axis: Axis, setup: Setup, asked: Span) -> list[Search]:
+    """Return the walks along an axis; raises InvalidInput if the machine cannot have an end."""
     spans = (asked,) if asked else axis.spans(setup)
     for end in (end for span in spans for end in span):
         axis.case(setup, end)
     return [partial(walk_search, axis, setup, *span) for span in spans]
 
 
-def _map(other: str, setup: Setup, _: Span) -> list[Search]:
+def _map_searches(other: str, setup: Setup, _: Span) -> list[Search]:
+    """Return the search for the map of steps and another axis."""
     return [partial(map_search, setup, other)]
 
 
-# What `--axis` can name: why a setup does not have it, or None; and its searches in a setup, which raise InvalidInput
-# where the machine cannot be given with an end of the range.
-ITEMS: dict[str, tuple[Callable[[Setup], str | None], Callable[[Setup, Span], list[Search]]]] = {
-    **{name: (axis.refusal, partial(_walks, axis)) for name, axis in AXES.items()},
-    **{f"steps-x-{other}": (AXES[other].refusal, partial(_map, other)) for other in PAIRS},
+# By the names that `--axis` takes: a function that says why a setup lacks it, or None, and a function that returns its
+# searches on a setup, and raises InvalidInput if the machine cannot have an end of the range.
+SEARCHES: dict[str, tuple[Callable[[Setup], str | None], Callable[[Setup, Span], list[Search]]]] = {
+    **{name: (axis.refusal, partial(_walk_searches, axis)) for name, axis in AXES.items()},
+    **{f"steps-x-{other}": (AXES[other].refusal, partial(_map_searches, other)) for other in MAPPED_AXES},
     "determinism": (lambda setup: None, lambda setup, _: [partial(determinism_search, setup)]),
-    "flight": (AXES["float"].refusal, lambda setup, _: [partial(float_search, setup)]),
+    "flight": (AXES["float"].refusal, lambda setup, _: [partial(onset_search, setup)]),
 }
 
 
 @dataclass(frozen=True)
 class LimitPlan:
-    """Searches of one scene.
+    """Plan of all searches on one scene.
 
     Attributes:
-        empty: the study without findings; its walks are those of axes that the scene or an engine does not have.
-        unfit: of what was asked for, name -> why no engine and preset has it on this scene.
+        empty: study without findings; its only walks are those refused by the scene or an engine.
+        unfit: reasons why no engine and preset has an axis or pair that was asked for, by name.
+        searches: all searches, not begun.
     """
 
     empty: LimitStudy
@@ -122,11 +125,11 @@ class LimitPlan:
     searches: tuple[Search, ...]
 
     def study(self, found: Iterable[Any], distrust: str = "") -> LimitStudy:
-        """Return the study, from the findings of the searches and what the guard says of their runs."""
+        """Return the study of the findings of all searches, and of the guard's reasons to distrust them."""
         every = [*found, *self.empty.walks]
         every.sort(key=lambda part: list(AXES).index(part.axis) if isinstance(part, Walk) else 0)
         parts: dict[str, Any] = {
-            name: tuple(part for part in every if isinstance(part, kind)) for name, kind in PARTS.items()
+            name: tuple(part for part in every if isinstance(part, kind)) for name, kind in STUDY_PARTS.items()
         }
         return replace(self.empty, **parts, distrust=distrust)
 
@@ -134,10 +137,14 @@ class LimitPlan:
 def plan_limits(
     name: str, scene: Scene, engines: Sequence[Engine[Any]], preset: str | None, asked: Sequence[str], span: Span
 ) -> LimitPlan:
-    """Return the plan of a scene.
+    """Return the plan of all searches on a scene.
 
     Args:
-        asked: names of `ITEMS`; everything where there is none.
+        name, scene: the scene.
+        engines: engines to drive to their limits.
+        preset: name of the only preset; None for all.
+        asked: names of `SEARCHES`; empty for all.
+        span: other ends of the one axis.
 
     Raises:
         InvalidInput: the machine cannot be given with an end of the range.
@@ -148,14 +155,14 @@ def plan_limits(
     refused: list[Walk] = []
     refusals: dict[str, list[str | None]] = {}
     for setup in (setup for setup in setups if setup.refusal() is None):
-        for item in asked or ITEMS:
-            lacks, searches_of = ITEMS[item]
+        for item in asked or SEARCHES:
+            lacks, searches_of = SEARCHES[item]
             refusal = lacks(setup)
             refusals.setdefault(item, []).append(refusal)
             if refusal is None:
                 searches += searches_of(setup, span)
             elif item in AXES:
-                refused.append(Walk(item, *setup.who, refusal, (), ()))
+                refused.append(Walk(item, *setup.names, refusal, (), ()))
     if refusals:
         unfit = {item: found[0] for item, found in refusals.items() if asked and found[0] and None not in found}
     versions, lengths = {engine.name: engine.version for engine in engines}, dict(scene.lengths)
@@ -174,11 +181,11 @@ def pursue_plans(plans: Sequence[LimitPlan], run: Callable[[list[LimitCase]], Re
     ]
 
 
-def check_asked(plans: Sequence[LimitPlan]) -> None:
-    """Refuse an axis, a pair or a preset that none of the scenes has.
+def check_applicable(plans: Sequence[LimitPlan]) -> None:
+    """Raise an error if an axis, a pair or a preset applies to none of the scenes.
 
     Raises:
-        InvalidInput: says why not.
+        InvalidInput: names it, and says why.
     """
     for name, reason in plans[0].unfit.items():
         if all(name in plan.unfit for plan in plans):

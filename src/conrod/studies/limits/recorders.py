@@ -1,4 +1,4 @@
-"""Recorders of a run that comes in pieces: fingerprint, drive torque, flights."""
+"""Recorders of a run that arrives in pieces: fingerprint, exact drive torque, flights of a follower."""
 
 from __future__ import annotations
 
@@ -18,33 +18,33 @@ from conrod.studies.limits.records import Flight
 
 
 class Fingerprint:
-    """Hash of the samples taken in so far, however the run is cut.
+    """Hash of all samples of a run, independent of how it is cut into pieces.
 
-    Positions, velocities and accelerations need not have the same instants, so each quantity is hashed for itself.
+    Positions, velocities and accelerations may have different instants, so each quantity is hashed separately.
     """
 
     def __init__(self) -> None:
         self._hashes: dict[str, hashlib._Hash] = {}
 
     def add(self, trajectory: Trajectory) -> None:
-        """Take in the next piece of a run."""
-        for name, values in recorded(trajectory):
+        """Add the next piece of a run."""
+        for name, values in recorded_series(trajectory):
             self._hashes.setdefault(name, hashlib.sha256()).update(np.ascontiguousarray(values).data)
 
-    def text(self) -> str:
-        """Return it in 64 hexadecimal digits."""
+    def digest(self) -> str:
+        """Return the hash of all quantities, 64 hexadecimal digits."""
         whole = hashlib.sha256()
         for name in sorted(self._hashes):
             whole.update(name.encode() + self._hashes[name].digest())
         return whole.hexdigest()
 
-    def texts(self) -> dict[str, str]:
-        """Return those of all quantities, by name, in 16 hexadecimal digits."""
+    def digests(self) -> dict[str, str]:
+        """Return the hash of each quantity by name, 16 hexadecimal digits."""
         return {name: found.hexdigest()[:16] for name, found in self._hashes.items()}
 
 
-def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
-    """Yield the states of the bodies and the motion of the points, by name."""
+def recorded_series(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
+    """Yield names and series of a trajectory: poses and rates of the bodies, motion of the points."""
     assert trajectory.bodies is not None
     states = trajectory.bodies.position
     yield "bodies position", states.poses
@@ -56,19 +56,20 @@ def recorded(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
 
 
 PEAK_SAMPLES = 3600  # of a turn
-# Of what all bodies take that move through the travel in a radian: a drive that takes no more than that takes nothing.
-NOTHING = 1e-12
+# Largest torque that counts as none, as a share of M (travel * speed)^2 with the mass M of all bodies.
+NEGLIGIBLE_TORQUE = 1e-12
 
 
 class ExactTorque:
-    """Torque of a drive at constant speed in the exact motion, of a linkage as an engine is given it.
+    """Exact torque of a drive at constant speed on a linkage, by virtual work.
 
-    By virtual work: what the bodies' inertia and weight take, M q'' - Q, along the motion q' by the crank angle. It is
-    the multiplier of the driver's equation, without the joints' reactions, which do no work.
+    T = (M q_tt - Q) . dq/dtheta, with masses M, accelerations q_tt, loads Q (weight included) and the motion q of the
+    crank angle theta. Reactions of the joints do no work.
 
     Args:
-        speed: of the crank [rad/s].
-        gravity: whether the engine is given any.
+        kinematics: the linkage.
+        speed: crank speed [rad/s].
+        gravity: True if the engine has gravity.
     """
 
     def __init__(self, kinematics: Kinematics, speed: float, *, gravity: bool) -> None:
@@ -78,25 +79,25 @@ class ExactTorque:
 
     @cached_property
     def peak(self) -> float:
-        """Largest magnitude over a turn, or over the driver's span [N m]."""
+        """Largest magnitude of the torque over a turn, or the driver's span [N m]."""
         start, stop = self._kinematics.span
         middle, width = 0.5 * (start + stop), 0.5 * (stop - start)
         for _ in range(2):  # once around, and once more about the highest sample, since a peak can be sharp
             angles = middle + width * np.linspace(-1.0, 1.0, PEAK_SAMPLES)
             if self._kinematics.mechanism.driver.span is not None:
                 angles = np.clip(angles, start, stop)
-            sizes = np.abs(self.at(angles))
+            sizes = np.abs(self.evaluate(angles))
             middle, width = float(angles[np.argmax(sizes)]), 2.0 * width / PEAK_SAMPLES
         return float(sizes.max())
 
     @cached_property
-    def is_nothing(self) -> bool:
-        """True where the drive takes nothing but rounding: wheels about their own centres, and no gravity."""
+    def is_negligible(self) -> bool:
+        """True if the torque is only rounding, as of balanced wheels without gravity."""
         mass = sum(body.mass for body in self._given.bodies)
-        return self.peak <= NOTHING * mass * (self._kinematics.travel * self._speed) ** 2
+        return self.peak <= NEGLIGIBLE_TORQUE * mass * (self._kinematics.travel * self._speed) ** 2
 
-    def at(self, angle: Array) -> Array:
-        """Torque (T,) [N m] about the crank, in the sense of the crank angle, at crank angles (T,) [rad]."""
+    def evaluate(self, angle: Array) -> Array:
+        """Return torques (T,) [N m] on the crank at crank angles (T,) [rad], positive in the sense of the angle."""
         poses, first, second = self._kinematics.derivatives(angle, 2)
         rates = first * self._speed
         forces = inertia_forces(self._given, poses, rates, second * self._speed**2)
@@ -104,55 +105,55 @@ class ExactTorque:
         return np.asarray(np.sum(forces * first, axis=1), dtype=float)
 
 
-HELD = 0.1  # of a revolution from the start on, in which the follower is looked at for how deep it sinks
-TIMES = 10.0  # so many times that depth is off the cam
-LEAST_DEPTH = 1e-7  # of the travel: a contact that sinks less is taken not to sink at all
+DEPTH_REVOLUTIONS = 0.1  # revolutions from the start in which the penetration is measured
+FLIGHT_DEPTH_RATIO = 10.0  # a gap above this many penetrations is a flight
+MIN_DEPTH = 1e-7  # least penetration that is used, as a share of the travel
 
 
-class Flights:
-    """Flights of a follower off its cam, detected from the gap at consecutive samples, however many at a time.
+class FlightRecorder:
+    """Recorder of a follower's flights off its cam, from the gap at consecutive samples.
 
-    A follower that is held sinks into the cam a little, as soft as the contact is. It flies where the gap is more than
-    ten times that depth. What a contact chatters by shrinks with the step and is over within a few; a flight's length
-    depends on no step.
+    A follower in contact penetrates the cam a little, as the contact is soft. It flies while the gap is more than ten
+    times that penetration. Chatter of a contact shrinks with the step and ends within a few steps; the length of a
+    flight does not depend on the step.
 
     Args:
-        held: samples from which the depth is taken, before anything can be called a flight.
-        travel: of the follower [m].
+        held: number of first samples, from which the penetration is measured.
+        travel: travel of the follower [m].
     """
 
     def __init__(self, held: int, travel: float) -> None:
-        self._held, self._least = max(held, 2), LEAST_DEPTH * travel
-        self._angle, self._gap = np.empty(0), np.empty(0)  # samples that are not looked at yet, after the one before
+        self._held, self._least = max(held, 2), MIN_DEPTH * travel
+        self._angle, self._gap = np.empty(0), np.empty(0)  # samples that wait, after the last that was processed
         self._depth: float | None = None
-        self._start: float | None = None  # of a flight that is not over, so far
+        self._start: float | None = None  # crank angle [rad] of a flight that has not ended
         self._longest: Flight | None = None
 
     @property
     def penetration(self) -> float:
-        """Deepest that the follower sank at first [m]."""
+        """Largest penetration of the follower in the first samples [m]."""
         return self._depth or 0.0
 
     @property
     def threshold(self) -> float:
-        """Gap [m] beyond which the follower is off the cam."""
-        return TIMES * max(self.penetration, self._least)
+        """Gap [m] above which the follower flies."""
+        return FLIGHT_DEPTH_RATIO * max(self.penetration, self._least)
 
     def add(self, angle: Array, gap: Array) -> None:
-        """Take in crank angles (T,) [rad] and gaps (T,) [m], negative where the follower sinks in."""
+        """Add crank angles (T,) [rad] and gaps (T,) [m], negative for penetration."""
         self._angle, self._gap = np.append(self._angle, angle), np.append(self._gap, gap)
         if self._depth is not None or len(self._gap) > self._held:
-            self._follow()
+            self._split_flights()
 
-    def longest(self) -> Flight | None:
-        """The longest one, of equally long ones the first; one that is not over is taken to land at the last sample."""
-        self._follow()
+    def longest_flight(self) -> Flight | None:
+        """Return the longest flight, the first of equal ones; one that has not ended ends at the last sample."""
+        self._split_flights()
         if self._start is not None:
-            self._land(float(self._angle[-1]))
+            self._end_flight(float(self._angle[-1]))
         return self._longest
 
-    def _follow(self) -> None:
-        """Split into what is on the cam and what is off it."""
+    def _split_flights(self) -> None:
+        """Find starts and ends of flights in the waiting samples, by linear interpolation of the gap."""
         angle, gap = self._angle, self._gap
         if len(gap) == 0:
             return
@@ -169,10 +170,11 @@ class Flights:
             if self._start is None:
                 self._start = crossing
             else:
-                self._land(crossing)
+                self._end_flight(crossing)
         self._angle, self._gap = angle[-1:], gap[-1:]
 
-    def _land(self, angle: float) -> None:
+    def _end_flight(self, angle: float) -> None:
+        """End the current flight at a crank angle [rad], and keep it if it is the longest."""
         assert self._start is not None
         flight, self._start = Flight(self._start, angle), None
         if self._longest is None or flight.length > self._longest.length:

@@ -1,7 +1,4 @@
-"""Records of a run at an engine's limits beside its errors, and its grade: to rely on, rough, wrong, or none at all.
-
-And whether anything shows it.
-"""
+"""Records of a run at an engine's limits, its level from safe to unbounded, and whether a failure is undetected."""
 
 from __future__ import annotations
 
@@ -16,10 +13,10 @@ from conrod.studies.frame.case import Measurement
 
 @dataclass(frozen=True)
 class Flight:
-    """A stretch in which a follower is off its cam.
+    """A flight of a follower off its cam.
 
     Attributes:
-        start, landing: crank angles [rad].
+        start, landing: crank angles at its start and end [rad].
     """
 
     start: float
@@ -27,24 +24,24 @@ class Flight:
 
     @property
     def length(self) -> float:
-        """Angle that the crank turns through [rad]."""
+        """Rotation of the crank during the flight [rad]."""
         return abs(self.landing - self.start)
 
 
 @dataclass(frozen=True)
 class Extremes:
-    """Record of a run, which a ledger keeps beside its errors.
+    """Records of a run other than its errors, which a ledger keeps with them.
 
     Attributes:
-        samples: how many were recorded and compared.
-        finite: whether all poses and rates of the bodies and the motion of the observed points were.
-        warnings: what the engine itself warned of, and how often.
-        torque: largest error of the drive torque over its exact peak, from the second sample on: at the first one an
-            iterative solver has nothing to start from; None where the engine does not report it.
-        penetration: how deep a follower sinks into its cam while it is held [m]; None without a cam.
-        flights: of each follower off its cam, the longest.
-        fingerprint: of the same numbers, to the last bit.
-        again: the same of further runs, see `conrod.studies.limits.determinism`.
+        samples: number of recorded samples.
+        finite: True if all poses and rates of the bodies and the motion of the observed points are finite.
+        warnings: warnings of the engine, and how often each came.
+        torque: largest error of the drive torque over its exact peak, without the first sample, where an iterative
+            solver has no start values; None if the engine does not report the torque.
+        penetration: penetration of a follower into its cam at the start [m]; None without a cam.
+        flights: longest flight of each follower.
+        fingerprint: hash of the recorded numbers, see `Fingerprint`.
+        again: fingerprints of repeated runs, see `conrod.studies.limits.determinism`.
     """
 
     samples: int
@@ -57,24 +54,24 @@ class Extremes:
     again: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, measurement: Measurement) -> Extremes:
-        """Return what was recorded of a measured run; no sample where it ended before anything could be."""
+    def from_measurement(cls, measurement: Measurement) -> Extremes:
+        """Return the records of a measured run; without samples if it ended before its first sample."""
         nothing = cls(0, True, {}, None, None, (), "")
         return nothing if measurement.extremes is None else restore(cls, measurement.extremes)
 
 
-# -- grades ----------------------------------------------------------------------------------------------------------
+# -- levels ----------------------------------------------------------------------------------------------------------
 
-SAFE_ERROR, ROUGH_ERROR = 0.01, 0.1  # of the travel, largest position error
+SAFE_ERROR, ROUGH_ERROR = 0.01, 0.1  # largest position error over the travel, of safe and of rough runs
 
-# Ends that nobody overlooks: there is no trajectory, or none was begun.
-LOUD = {o.slug for o in (Outcome.CRASHED, Outcome.TIMED_OUT, Outcome.OUT_OF_MEMORY, Outcome.UNSUPPORTED)}
-# Ends after which the state is nowhere near the machine any more, or no state at all.
-UNBOUNDED = LOUD | {o.slug for o in (Outcome.DIVERGED, Outcome.EXPLODED, Outcome.RESET)}
+# Outcomes without a trajectory, which nobody overlooks.
+OBVIOUS_FAILURES = {o.slug for o in (Outcome.CRASHED, Outcome.TIMED_OUT, Outcome.OUT_OF_MEMORY, Outcome.UNSUPPORTED)}
+# Outcomes after which the state is far from the machine, or missing.
+UNBOUNDED_OUTCOMES = OBVIOUS_FAILURES | {o.slug for o in (Outcome.DIVERGED, Outcome.EXPLODED, Outcome.RESET)}
 
 
 class Level(Enum):
-    """From good to bad; the texts are for people."""
+    """Level of a run, from safe to unbounded, with its meaning for people."""
 
     SAFE = ("safe", f"position within {100 * SAFE_ERROR:g} % of the travel")
     ROUGH = ("rough", f"position within {100 * ROUGH_ERROR:g} % of the travel")
@@ -88,12 +85,12 @@ class Level(Enum):
 
 
 LEVELS = [level.slug for level in Level]
-GOOD = (Level.SAFE.slug, Level.ROUGH.slug)
+GOOD_LEVELS = (Level.SAFE.slug, Level.ROUGH.slug)
 
 
 def level_of(measurement: Measurement) -> Level:
-    """Return the level of a measured run."""
-    if measurement.outcome in UNBOUNDED:
+    """Return the level of a measured run, from its outcome and position error."""
+    if measurement.outcome in UNBOUNDED_OUTCOMES:
         return Level.UNBOUNDED
     error = measurement.largest("position")
     if error is None:
@@ -102,8 +99,8 @@ def level_of(measurement: Measurement) -> Level:
 
 
 def is_undetected(measurement: Measurement) -> bool:
-    """Return whether a run is worse than rough, and neither a number that is not finite nor a warning shows it."""
-    recorded = Extremes.of(measurement)
-    if level_of(measurement).slug in GOOD or measurement.outcome in LOUD:
+    """Return True if a run is worse than rough with finite numbers and without a warning."""
+    recorded = Extremes.from_measurement(measurement)
+    if level_of(measurement).slug in GOOD_LEVELS or measurement.outcome in OBVIOUS_FAILURES:
         return False
     return recorded.samples > 0 and recorded.finite and not recorded.warnings

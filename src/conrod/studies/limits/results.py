@@ -9,19 +9,20 @@ from typing import Any
 from conrod.studies.limits.determinism import Determinism
 from conrod.studies.limits.follower_float import FollowerFloat
 from conrod.studies.limits.maps import LimitMap
-from conrod.studies.limits.records import GOOD
+from conrod.studies.limits.records import GOOD_LEVELS
 
 
 @dataclass(frozen=True)
 class Probe:
-    """One run on an axis.
+    """A run at one value of an axis.
 
     Attributes:
-        text: the value as people read it.
+        value: value of the axis.
+        text: the value as text for people.
         level, outcome, undetected: see `conrod.studies.limits.records`.
         reason: details of an outcome other than completed.
         errors: largest of position, velocity and acceleration, normalised; None unless the run completed.
-        torque: largest error of the drive torque over its exact peak; None where there is none.
+        torque: largest error of the drive torque over its exact peak; None if unknown.
     """
 
     value: float
@@ -35,25 +36,25 @@ class Probe:
 
     @property
     def good(self) -> bool:
-        """True within ten per cent."""
-        return self.level in GOOD
+        """True if the level is safe or rough: position within 10 % of the travel."""
+        return self.level in GOOD_LEVELS
 
     @property
     def position(self) -> float | None:
-        """Largest position error over L."""
+        """Largest position error over the travel L; None unless the run completed."""
         return None if self.errors is None else self.errors["position"]
 
 
 @dataclass(frozen=True)
 class Boundary:
-    """The end of the stretch in which a criterion holds, coming from the safe end.
+    """Boundary of the values that satisfy a criterion, seen from the safe end of an axis.
 
     Attributes:
-        criterion: the worst level that still counts: safe, rough, wrong (in one piece) or broken (bounded).
-        last_good: value of the last probe that keeps it; None where not even the first one does.
-        first_bad: value of the first one that does not; None where all do.
-        outcome, undetected: of that one.
-        good_again: values of probes beyond it that keep the criterion nevertheless.
+        criterion: worst level that satisfies it: safe, rough, wrong (in one piece) or broken (bounded).
+        last_good: value of the last probe before the first failure; None if the first probe fails.
+        first_bad: value of the first probe that fails; None if none fails.
+        outcome, undetected: outcome of that probe, and True if its failure is undetected.
+        good_again: values of later probes that satisfy the criterion again.
     """
 
     criterion: str
@@ -66,12 +67,12 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Walk:
-    """An axis walked by one preset of one engine on one scene.
+    """Walk along an axis with one preset of one engine on one scene.
 
     Attributes:
-        refusal: why it was not walked; empty where it was.
-        probes: from the safe end to the failing one.
-        boundaries: one a criterion; none of a list of values.
+        refusal: why the axis was not walked; empty if it was.
+        probes: runs from the safe end to the failing end.
+        boundaries: one for each criterion; empty for a list of values.
     """
 
     axis: str
@@ -85,13 +86,13 @@ class Walk:
 
 @dataclass(frozen=True)
 class LimitStudy:
-    """All that `conrod limits` finds on one scene; parts that were not asked for are empty.
+    """Findings of `conrod limits` on one scene; parts that were not asked for are empty.
 
     Attributes:
         name, kind, title, parameters: of the scene.
-        engines: name -> version.
-        walks: of all axes, presets and engines, refused ones with their reason.
-        lengths: L of each observed point [m]; empty in reports of an earlier conrod.
+        engines: versions by engine name.
+        walks: walks of all axes, presets and engines; refused ones have a reason.
+        lengths: length L of each observed point [m]; empty in reports of an earlier conrod.
         distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
     """
 
@@ -108,8 +109,8 @@ class LimitStudy:
     distrust: str = ""
 
 
-# Of a study, and what each is made of.
-PARTS: dict[str, type[Any]] = {
+# Fields of a study with parts, and the class of each part.
+STUDY_PARTS: dict[str, type[Any]] = {
     "walks": Walk,
     "maps": LimitMap,
     "determinism": Determinism,

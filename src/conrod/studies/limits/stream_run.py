@@ -1,4 +1,4 @@
-"""A run at an engine's limits: streamed, compared as it goes, and recorded how it fails."""
+"""Run at an engine's limits: made in pieces, each compared at once, with records of how the run fails."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from conrod.studies.frame.run import (
     clamp_to_span,
     unsupported_measurement,
 )
-from conrod.studies.limits.recorders import HELD, ExactTorque, Fingerprint, Flights, recorded
+from conrod.studies.limits.recorders import DEPTH_REVOLUTIONS, ExactTorque, Fingerprint, FlightRecorder, recorded_series
 from conrod.studies.limits.records import Extremes
 
 if TYPE_CHECKING:
     from conrod.studies.limits.case import LimitCase
 
-# Pieces of a run, that one which ends soon is soon seen to; and the least steps of each.
-PIECES, LEAST_PIECE = 40, 25
-# A machine that came apart may blow up yet: it is followed for so many revolutions more.
-FOLLOWED = 2.0
-GONE = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
+# Most pieces of a run, so that an early failure ends it early, and fewest steps of a piece.
+MAX_PIECES, MIN_PIECE_STEPS = 40, 25
+# Revolutions that a run continues after a failure, because the machine may still diverge.
+REVOLUTIONS_AFTER_FAILURE = 2.0
+FINAL_OUTCOMES = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
 
 
 def stream_run(case: LimitCase) -> Measurement:
-    """Run a case in pieces, up to its end or until nothing is left of the machine.
+    """Run a case in pieces, up to its end or until it diverges or resets.
 
-    A run that failed in another way is followed on, without errors, and ends as the whole of it is judged: it may yet
-    blow up, and a follower that left its cam, which is followed to the end, may land.
+    A run that failed in another way continues, without errors, and its outcome is judged from the whole: it may still
+    diverge. A follower that left its cam may land again, so such a run continues to its end.
 
     Raises:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
@@ -55,14 +55,14 @@ def stream_run(case: LimitCase) -> Measurement:
         if verdict.outcome is Outcome.COMPLETED:
             statistics.compare(piece)
         elif verdict.outcome is not Outcome.LOST_CONTACT:
-            last = min(last, piece.first_step + FOLLOWED * case.settings.steps_per_revolution)
-        if verdict.outcome in GONE or piece.first_step >= last:
+            last = min(last, piece.first_step + REVOLUTIONS_AFTER_FAILURE * case.settings.steps_per_revolution)
+        if verdict.outcome in FINAL_OUTCOMES or piece.first_step >= last:
             break
     return statistics.measurement(verdict)
 
 
 def piece_length(case: LimitCase) -> int:
-    """Return the steps in each piece of a case's run.
+    """Return the number of steps in each piece of a case's run.
 
     Raises:
         InvalidInput: the run is too short to have accelerations.
@@ -74,14 +74,14 @@ def piece_length(case: LimitCase) -> int:
             f"revolutions = {case.revolutions:g} at {turn} steps each are {steps} steps; "
             f"a run needs {MIN_PASS_STEPS} to have accelerations"
         )
-    return min(max(steps // PIECES, LEAST_PIECE), PIECE_STEPS)
+    return min(max(steps // MAX_PIECES, MIN_PIECE_STEPS), PIECE_STEPS)
 
 
-COMPARED = 2048  # samples that are compared together, where pieces are shorter
+MIN_COMPARED_SAMPLES = 2048  # short pieces wait until they have this many samples together
 
 
 class RunStatistics:
-    """Statistics of a run, from the pieces that have come so far."""
+    """Recorder of errors and records of a run that arrives in pieces."""
 
     def __init__(self, case: LimitCase) -> None:
         machine, settings, given = case.machine, case.settings, case.settings.as_dict()
@@ -93,21 +93,23 @@ class RunStatistics:
         self._fingerprint = Fingerprint()
         self._errors, self._steps = RunErrors(), round(steps * case.revolutions)
         self._prediction = Prediction(machine, max(1, steps // PREDICTED_SAMPLES_PER_TURN))
-        self._flights = {joint.name: Flights(round(HELD * steps), kinematics.travel) for joint in contacts}
-        # Virtual work does not give a contact's force: it chatters, and its cam is a polygon.
-        # Settings that have no such fields are of an engine that is given every link, with its weight.
+        self._flights = {
+            joint.name: FlightRecorder(round(DEPTH_REVOLUTIONS * steps), kinematics.travel) for joint in contacts
+        }
+        # Virtual work does not give the force of a contact, which chatters on a polygon.
+        # Settings without the field are of an engine with the weight of every link.
         gravity = given.get("gravity", True)
         self._exact_torque = None if contacts else ExactTorque(kinematics, machine.speed, gravity=gravity)
         self._torque: float | None = None
         self._waiting: list[Piece] = []  # to be compared together
 
     def add(self, piece: Piece) -> None:
-        """Record a piece, whatever became of it."""
+        """Record a piece, with any outcome."""
         bodies = piece.trajectory.bodies
         assert bodies is not None
         self._samples += len(bodies.position.poses)
         self._warnings = dict(piece.warnings)
-        self._finite = self._finite and all(bool(np.all(np.isfinite(v))) for _, v in recorded(piece.trajectory))
+        self._finite = self._finite and all(bool(np.all(np.isfinite(v))) for _, v in recorded_series(piece.trajectory))
         self._fingerprint.add(piece.trajectory)
         if self._flights and self._finite:
             gaps = joint_gaps(self._machine.kinematics.mechanism, [bodies.position.poses])
@@ -115,12 +117,13 @@ class RunStatistics:
                 flights.add(bodies.position.instants.angle, gaps[name])
 
     def compare(self, piece: Piece) -> None:
-        """Take in the errors of a piece that completed, at once or with some that follow it."""
+        """Add the errors of a completed piece, at once or with the next pieces."""
         self._waiting.append(piece)
-        if sum(len(waiting.clock) for waiting in self._waiting) >= COMPARED:
-            self._compare()
+        if sum(len(waiting.clock) for waiting in self._waiting) >= MIN_COMPARED_SAMPLES:
+            self._compare_waiting()
 
-    def _compare(self) -> None:
+    def _compare_waiting(self) -> None:
+        """Compare all waiting pieces with the exact motion."""
         if not self._waiting:
             return
         piece, self._waiting = concatenate_pieces(self._waiting), []
@@ -128,24 +131,24 @@ class RunStatistics:
         run = Stretch(piece.trajectory, self._machine, left)
         self._errors.add(run)
         self._prediction.add(run)
-        if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_nothing:
-            # At the very first sample an iterative solver has nothing to start from.
+        if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_negligible:
+            # At the first sample an iterative solver has no start values.
             rows = slice(int(piece.first_step == 0), None)
-            exact = self._exact_torque.at(run.bodies.acceleration.instants.angle[rows])
+            exact = self._exact_torque.evaluate(run.bodies.acceleration.instants.angle[rows])
             off = float(np.abs(piece.drive_torque[rows] - exact).max()) / self._exact_torque.peak
             self._torque = max(off, self._torque or 0.0)
 
     def measurement(self, verdict: RunVerdict) -> Measurement:
-        """Return the measurement of a run that ended so."""
-        self._compare()
+        """Return the measurement of a run that ended with a verdict."""
+        self._compare_waiting()
         extremes = Extremes(
             samples=self._samples,
             finite=self._finite,
             warnings=self._warnings,
             torque=self._torque,
             penetration=max((flights.penetration for flights in self._flights.values()), default=None),
-            flights=tuple(flight for one in self._flights.values() if (flight := one.longest()) is not None),
-            fingerprint=self._fingerprint.text(),
+            flights=tuple(flight for one in self._flights.values() if (flight := one.longest_flight()) is not None),
+            fingerprint=self._fingerprint.digest(),
         )
         if verdict.outcome is not Outcome.COMPLETED:
             return Measurement(verdict.outcome.slug, verdict.reason, extremes=plain_values(extremes))
