@@ -17,17 +17,17 @@ from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
 from conrod.runs.plain_values import plain_values
 from conrod.scenes import SCENES
-from conrod.studies.ablate import CostCase, ablate_engine, change
+from conrod.studies.ablate import CostCase, ablate_engine, motion_change
 from conrod.studies.ablate_findings import (
-    BESIDE_OTHERS,
-    JUDGED,
+    IN_FULL_MODEL,
+    JUDGED_ERRORS,
     Evidence,
+    IngredientVerdict,
     Role,
     VariantResult,
-    Verdict,
     evidence_of,
-    levels,
-    verdict,
+    ingredient_verdict,
+    reference_errors,
 )
 from conrod.studies.frame.case import Measurement
 from conrod.studies.frame.paired_timing import PairedTiming
@@ -52,8 +52,8 @@ def variant(
         ingredient="it",
         outcome="completed" if completed else "opened",
         reason="" if completed else "a gap of 0.4 m",
-        errors=dict.fromkeys(JUDGED, error) if error is not None else None,
-        change=dict.fromkeys(JUDGED[:3], change) if completed else None,
+        errors=dict.fromkeys(JUDGED_ERRORS, error) if error is not None else None,
+        change=dict.fromkeys(JUDGED_ERRORS[:3], change) if completed else None,
         cost=None if cost is None or not completed else timing(cost),
         cost_in_full=None,
         settings={"timestep": 1e-3},
@@ -66,15 +66,15 @@ MINIMAL, ROUGH = variant(Role.MINIMAL), variant(Role.MINIMAL, 1e-4)
 
 def shown(role: Role, *facts: Any, base: VariantResult = MINIMAL, **others: Any) -> Evidence:
     """What an ingredient shows that makes a model like this out of a base."""
-    return evidence_of(variant(role, *facts, **others), base, levels(ROUGH if base is ROUGH else MINIMAL))
+    return evidence_of(variant(role, *facts, **others), base, reference_errors(ROUGH if base is ROUGH else MINIMAL))
 
 
-alone, without = partial(shown, Role.ADDED), partial(shown, Role.REDUCED)
+alone, without = partial(shown, Role.ADDED_TO_MINIMAL), partial(shown, Role.REMOVED_FROM_MINIMAL)
 
 
 def in_full(before: float, after: float, cost: float = 1.0) -> Evidence:
     """What an ingredient shows beside all others."""
-    return shown(Role.TAKEN, before, base=variant(Role.FULL, after), cost_in_full=timing(1.0 / cost))
+    return shown(Role.REMOVED_FROM_FULL, before, base=variant(Role.FULL, after), cost_in_full=timing(1.0 / cost))
 
 
 def field_ingredient(name: str, values: Any, without: Any, *, minimal: bool = False) -> Ingredient[MuJoCoSettings]:
@@ -116,18 +116,18 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
     found = pursued(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), answer)
     verdicts = {one.name: (one.verdict, one.because) for one in found.ingredients}
     assert verdicts == {
-        "gravity": (Verdict.FREE, ""),
-        "soft": (Verdict.HARMFUL, "position"),
-        "more-iterations": (Verdict.COSTLY, ""),
-        "hardening": (Verdict.REQUIRED, verdicts["hardening"][1]),
-        "flat": (Verdict.FREE, ""),
+        "gravity": (IngredientVerdict.FREE, ""),
+        "soft": (IngredientVerdict.HARMFUL, "position"),
+        "more-iterations": (IngredientVerdict.COSTLY, ""),
+        "hardening": (IngredientVerdict.REQUIRED, verdicts["hardening"][1]),
+        "flat": (IngredientVerdict.FREE, ""),
     }
     models = {(one.role, one.ingredient): one for one in found.variants}
     # What does harm, or is needed anyway, is not in the full model, whose motion is the minimal one's.
-    full, soft = models[Role.FULL, ""], models[Role.ADDED, "soft"]
+    full, soft = models[Role.FULL, ""], models[Role.ADDED_TO_MINIMAL, "soft"]
     assert (soft.settings["hardening"], full.settings["hardening"]) == (1.0, HARDENING_FACTOR)
     assert full.settings["iterations"] == 200
-    assert {name for role, name in models if role is Role.TAKEN} == {"gravity", "more-iterations", "flat"}
+    assert {name for role, name in models if role is Role.REMOVED_FROM_FULL} == {"gravity", "more-iterations", "flat"}
     assert max((full.change or {"": 1.0}).values()) < 1e-9
     # Negative control: the change of a model that is off is that of its errors, not of nothing.
     assert (soft.change or {})["position"] == pytest.approx((soft.errors or {})["position"], rel=0.01)
@@ -139,9 +139,13 @@ def test_a_change_is_that_of_the_deviations_of_two_runs_and_of_none_that_did_not
         Measurement("completed", signed={"C": dict.fromkeys(("position", "velocity", "acceleration"), values)})
         for values in ([[0.0, 0.0], [3.0, 4.0]], [[0.0, 1.0], [0.0, 0.0]])
     )
-    assert change(one, other) == {"position": 5.0, "velocity": 5.0, "acceleration": 5.0} == change(other, one)
-    assert change(one, one) == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
-    assert change(one, Measurement("opened")) is None
+    assert (
+        motion_change(one, other)
+        == {"position": 5.0, "velocity": 5.0, "acceleration": 5.0}
+        == motion_change(other, one)
+    )
+    assert motion_change(one, one) == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
+    assert motion_change(one, Measurement("opened")) is None
 
 
 def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
@@ -155,43 +159,55 @@ def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
     ("evidence", "expected"),
     [
         # What changes nothing is free, or costly where the whole interval of its cost says so.
-        (alone(MINIMAL_ERROR, 1e-12, 1.01), (Verdict.FREE, "")),
-        (alone(MINIMAL_ERROR, 1e-12, 0.7), (Verdict.FREE, "")),
-        (alone(MINIMAL_ERROR, 1e-12, 1.2), (Verdict.COSTLY, "")),
-        (replace(alone(MINIMAL_ERROR, 0.0, 1.2), cost=timing(1.2, half=0.19)), (Verdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 1e-12, 1.01), (IngredientVerdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 1e-12, 0.7), (IngredientVerdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 1e-12, 1.2), (IngredientVerdict.COSTLY, "")),
+        (replace(alone(MINIMAL_ERROR, 0.0, 1.2), cost=timing(1.2, half=0.19)), (IngredientVerdict.FREE, "")),
         # What makes the motion worse is harmful, whatever it costs.
-        *((alone(1e-6, 1e-6, cost), (Verdict.HARMFUL, "position")) for cost in (0.5, 1.0, 3.0)),
-        (alone(None, 0.0, None), (Verdict.HARMFUL, "opened")),
+        *((alone(1e-6, 1e-6, cost), (IngredientVerdict.HARMFUL, "position")) for cost in (0.5, 1.0, 3.0)),
+        (alone(None, 0.0, None), (IngredientVerdict.HARMFUL, "opened")),
         # What the motion is wrong without is required; a part that it does not need is no better than what is added.
-        (without(1e-5, 1e-5), (Verdict.REQUIRED, "position")),
-        (without(None), (Verdict.REQUIRED, "opened")),
-        (without(MINIMAL_ERROR), (Verdict.FREE, "")),
-        (without(MINIMAL_ERROR, cost=1.0 / 1.3), (Verdict.COSTLY, "")),
+        (without(1e-5, 1e-5), (IngredientVerdict.REQUIRED, "position")),
+        (without(None), (IngredientVerdict.REQUIRED, "opened")),
+        (without(MINIMAL_ERROR), (IngredientVerdict.FREE, "")),
+        (without(MINIMAL_ERROR, cost=1.0 / 1.3), (IngredientVerdict.COSTLY, "")),
         # Twenty times the minimal model's own error, and yet nothing that anybody asks for.
-        (alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0), (Verdict.FREE, "")),
-        (alone(MINIMAL_ERROR, 0.0, None), (Verdict.UNDECIDED, "it could not be timed")),
+        (alone(20 * MINIMAL_ERROR, 20 * MINIMAL_ERROR, 1.0), (IngredientVerdict.FREE, "")),
+        (alone(MINIMAL_ERROR, 0.0, None), (IngredientVerdict.UNDECIDED, "it could not be timed")),
         # A part without which a rough motion is better is harmful; what only improves it is not required.
-        (without(1e-6, 1e-4, base=ROUGH), (Verdict.HARMFUL, "position, better without it")),
-        (alone(1e-6, 1e-4, 3.0, base=ROUGH), (Verdict.COSTLY, "")),
+        (without(1e-6, 1e-4, base=ROUGH), (IngredientVerdict.HARMFUL, "position, better without it")),
+        (alone(1e-6, 1e-4, 3.0, base=ROUGH), (IngredientVerdict.COSTLY, "")),
         # A change below the minimal model's own error is none.
-        (alone(1.5e-4, 0.9e-4, base=ROUGH), (Verdict.FREE, "")),
+        (alone(1.5e-4, 0.9e-4, base=ROUGH), (IngredientVerdict.FREE, "")),
         # Any quantity can show harm; what an engine cannot do is not told.
         *(
-            (alone(errors=dict.fromkeys(JUDGED, MINIMAL_ERROR) | {quantity: 1e-5}), (Verdict.HARMFUL, quantity))
-            for quantity in JUDGED
+            (
+                alone(errors=dict.fromkeys(JUDGED_ERRORS, MINIMAL_ERROR) | {quantity: 1e-5}),
+                (IngredientVerdict.HARMFUL, quantity),
+            )
+            for quantity in JUDGED_ERRORS
         ),
-        (alone(None, outcome="unsupported", reason="it has no rod"), (Verdict.UNDECIDED, "it has no rod")),
+        (alone(None, outcome="unsupported", reason="it has no rod"), (IngredientVerdict.UNDECIDED, "it has no rod")),
     ],
 )
-def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[Verdict, str]) -> None:
-    assert verdict([evidence]) == expected
+def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[IngredientVerdict, str]) -> None:
+    assert ingredient_verdict([evidence]) == expected
 
 
 def test_harm_beside_all_others_counts_and_is_told_so() -> None:
     harmless = alone(MINIMAL_ERROR, 0.0, 1.0)
-    assert verdict([harmless, in_full(MINIMAL_ERROR, 1e-5)]) == (Verdict.HARMFUL, f"position, {BESIDE_OTHERS}")
-    assert verdict([harmless, in_full(1e-5, MINIMAL_ERROR)]) == (Verdict.REQUIRED, f"position, {BESIDE_OTHERS}")
-    assert verdict([harmless, in_full(MINIMAL_ERROR, MINIMAL_ERROR, 1.4)]) == (Verdict.COSTLY, BESIDE_OTHERS)
+    assert ingredient_verdict([harmless, in_full(MINIMAL_ERROR, 1e-5)]) == (
+        IngredientVerdict.HARMFUL,
+        f"position, {IN_FULL_MODEL}",
+    )
+    assert ingredient_verdict([harmless, in_full(1e-5, MINIMAL_ERROR)]) == (
+        IngredientVerdict.REQUIRED,
+        f"position, {IN_FULL_MODEL}",
+    )
+    assert ingredient_verdict([harmless, in_full(MINIMAL_ERROR, MINIMAL_ERROR, 1.4)]) == (
+        IngredientVerdict.COSTLY,
+        IN_FULL_MODEL,
+    )
     # Where a model is wrong with it and without, it tells nothing, and what is known otherwise stays.
-    assert verdict([harmless, in_full(1e-5, 1e-5)])[0] is Verdict.FREE
-    assert verdict([in_full(1e-5, 1e-5)])[0] is Verdict.UNDECIDED
+    assert ingredient_verdict([harmless, in_full(1e-5, 1e-5)])[0] is IngredientVerdict.FREE
+    assert ingredient_verdict([in_full(1e-5, 1e-5)])[0] is IngredientVerdict.UNDECIDED

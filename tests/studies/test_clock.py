@@ -21,7 +21,7 @@ from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
 from conrod.exact.motion import Array
 from conrod.scenes import catalogue_scene
-from conrod.studies.ablate_findings import Effect, Evidence, Verdict, verdict
+from conrod.studies.ablate_findings import Effect, Evidence, IngredientVerdict, ingredient_verdict
 from conrod.studies.frame.paired_timing import PairedTiming, time_settings_pair
 from conrod.studies.frame.timing import MAX_REPEAT_REVOLUTIONS, REFERENCE_STEPS, STEPS_PER_CALL, time_run
 
@@ -122,13 +122,16 @@ def test_a_pass_is_made_anew_in_every_block_and_never_driven_beyond_its_end() ->
     assert min(map(sum, engine.made)) > 1000
 
 
-@pytest.mark.parametrize(("share", "expected"), [(0.25, Verdict.COSTLY), (0.0, Verdict.FREE), (0.02, Verdict.FREE)])
+@pytest.mark.parametrize(
+    ("share", "expected"),
+    [(0.25, IngredientVerdict.COSTLY), (0.0, IngredientVerdict.FREE), (0.02, IngredientVerdict.FREE)],
+)
 def test_an_ingredient_that_costs_a_quarter_is_costly_and_one_that_no_clock_could_tell_is_free(
-    share: float, expected: Verdict
+    share: float, expected: IngredientVerdict
 ) -> None:
     found = paired(FakeEngine(10 * REFERENCE_COST, dearer=share), SAW)
     assert found.ratio == pytest.approx(1.0 + share, rel=1e-4)
-    assert verdict([Evidence(False, found, None, Effect.NONE, "")])[0] is expected
+    assert ingredient_verdict([Evidence(False, found, None, Effect.NONE, "")])[0] is expected
 
 
 # -- the engines' own steppers ---------------------------------------------------------------------------------------

@@ -32,7 +32,7 @@ from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import plan_limits, pursue_plans
 from conrod.studies.sweep.recommend import recommendation_studies
 from conrod.studies.sweep.study import RulePlan, SweepPlan, plan_sweep, sweep_scene
-from conrod.studies.versions import plan_cases, versions_study
+from conrod.studies.versions import release_cases, versions_study
 
 MUJOCO, NAME = engine_named("mujoco"), "machine"
 ACCUSATION = "CANNOT BE TRUSTED: machine in MuJoCo"
@@ -89,7 +89,7 @@ def ablated(scene: Scene) -> Findings[Any]:
 
 
 def of_releases(scene: Scene) -> Findings[Any]:
-    (label, case), *_ = plan_cases({NAME: scene}, MUJOCO).items()
+    (label, case), *_ = release_cases({NAME: scene}, MUJOCO).items()
     study = versions_study(MUJOCO, [MUJOCO.version], {label: case}, lambda _, cases: performed(cases))
     return Findings(VERSIONS, {"mujoco": study})
 

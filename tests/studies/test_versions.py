@@ -25,8 +25,8 @@ from conrod.scenes import SCENES, scene_named
 from conrod.studies import releases
 from conrod.studies.execution.runner import Runner
 from conrod.studies.frame.case import QUANTITIES, Measurement
-from conrod.studies.releases import VersionCase, interpreter, python_of
-from conrod.studies.versions import LINKAGE_STEPS, VersionStudy, change_between, plan_cases, versions_study
+from conrod.studies.releases import VersionCase, interpreter_path, release_interpreter
+from conrod.studies.versions import LINKAGE_STEPS, VersionStudy, change_between, release_cases, versions_study
 
 SAW: Any = SCENES["saw-40rpm"]
 MUJOCO: Any = engine_named("mujoco")
@@ -75,7 +75,7 @@ def planted(runs: dict[str, Measurement | str]) -> VersionStudy:
             raise InvalidInput(found)
         return {case.key: found for case in cases}
 
-    return versions_study(MUJOCO, list(runs), plan_cases({"saw": SAW}, MUJOCO), perform)
+    return versions_study(MUJOCO, list(runs), release_cases({"saw": SAW}, MUJOCO), perform)
 
 
 def test_a_study_names_the_release_of_a_change_and_goes_on_where_one_cannot_be_had() -> None:
@@ -94,7 +94,7 @@ def test_a_study_names_the_release_of_a_change_and_goes_on_where_one_cannot_be_h
 
 
 def test_a_case_is_of_its_release_and_keeps_every_bit() -> None:
-    made = replace(plan_cases({"saw": SAW}, MUJOCO)["saw", "tuned"], settings=MuJoCoSettings.tuned(SAW, 100))
+    made = replace(release_cases({"saw": SAW}, MUJOCO)["saw", "tuned"], settings=MuJoCoSettings.tuned(SAW, 100))
     here, other = (replace(made, version=version) for version in (MUJOCO.version, "3.6.0"))
     assert here.key != other.key
     first, again = here.perform(), here.perform()
@@ -152,12 +152,12 @@ def installing(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     """Have an environment made whose interpreter is a script of a shell."""
 
     def make(folder: Path, requirements: Sequence[str]) -> None:
-        python = python_of(folder)
+        python = interpreter_path(folder)
         python.parent.mkdir(parents=True)
         python.write_text(f"#!/bin/sh\n{script}\n")
         python.chmod(0o755)
 
-    monkeypatch.setattr(releases, "install", make)
+    monkeypatch.setattr(releases, "install_requirements", make)
 
 
 HERE = f'exec {getattr(sys, "_base_executable", sys.executable)} "$@"'  # which has no packages of its own
@@ -168,16 +168,16 @@ def test_an_environment_is_made_once_and_for_its_requirements_alone(
 ) -> None:
     installing(monkeypatch, HERE)
     requirement = MUJOCO.releases.requirement(MUJOCO.version)
-    first = interpreter("mujoco", requirement, MUJOCO.version)
+    first = release_interpreter("mujoco", requirement, MUJOCO.version)
     # An engine that is another one than its distribution says is not kept.
     with pytest.raises(InvalidInput, match=f"mujoco==3.6.0 calls itself {MUJOCO.version}"):
-        interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+        release_interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
     installing(monkeypatch, "kill -SEGV $$")
-    assert interpreter("mujoco", requirement, MUJOCO.version) == first
+    assert release_interpreter("mujoco", requirement, MUJOCO.version) == first
     # Nor is one that crashes on import.
     with pytest.raises(InvalidInput, match=r"cannot be imported|cannot start"):
-        interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
-    assert [python_of(place) for place in cache.iterdir()] == [Path(first)]
+        release_interpreter("mujoco", "mujoco==3.6.0", "3.6.0")
+    assert [interpreter_path(place) for place in cache.iterdir()] == [Path(first)]
 
 
 @pytest.mark.parametrize("how", ["open to all", "another user's", "above it is another user's"])
@@ -186,7 +186,7 @@ def test_no_engine_is_run_from_a_folder_that_others_write(
 ) -> None:
     installing(monkeypatch, HERE)
     requirement = MUJOCO.releases.requirement(MUJOCO.version)
-    interpreter("mujoco", requirement, MUJOCO.version)
+    release_interpreter("mujoco", requirement, MUJOCO.version)
     if how == "open to all":
         cache.parent.chmod(0o777)
     else:
@@ -197,19 +197,19 @@ def test_no_engine_is_run_from_a_folder_that_others_write(
     for wanted in (requirement, "mujoco==3.6.0"):
         if wanted == requirement or how != "another user's":
             with pytest.raises(InvalidInput, match=r"no engine is run from .*(another user|all may write)"):
-                interpreter("mujoco", wanted, MUJOCO.version)
+                release_interpreter("mujoco", wanted, MUJOCO.version)
 
 
 @pytest.mark.slow
 def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InvalidInput, match=r"(?i)mujoco==3\.99\.0"):
-        interpreter("mujoco", "mujoco==3.99.0", "3.99.0")
+        release_interpreter("mujoco", "mujoco==3.99.0", "3.99.0")
     try:
         for version in ("3.6.0", "3.7.0"):
-            interpreter("mujoco", f"mujoco=={version}", version)
+            release_interpreter("mujoco", f"mujoco=={version}", version)
     except InvalidInput as error:
         pytest.skip(f"MuJoCo cannot be installed here: {error}")
-    planned = plan_cases({"saw": SAW}, MUJOCO)
+    planned = release_cases({"saw": SAW}, MUJOCO)
     cases = {key: case for key, case in planned.items() if key[1] in ("tuned", "hardened")}
     with Runner.open(RunOptions(ledger=str(cache / "ledger.sqlite"), jobs=2)) as runner:
         study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runner.run_in_release)

@@ -11,7 +11,7 @@ from conrod.report.findings import Findings, text_of_call
 from conrod.report.versions import KIND
 from conrod.studies.execution.runner import Runner, Runs
 from conrod.studies.frame.resolve_arguments import Scenes, scenes_by_name
-from conrod.studies.versions import VersionStudy, plan_cases, versions_study
+from conrod.studies.versions import VersionStudy, release_cases, versions_study
 
 DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
 
@@ -36,7 +36,7 @@ def versions(
     chosen = require_capability(made, KnownReleases).releases.select_versions(
         None if releases is None else ",".join(as_names(releases))
     )
-    cases = plan_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
+    cases = release_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
     with Runner.open(runs) as runner:
         study = versions_study(made, chosen, cases, runner.run_in_release)
     return Findings(KIND, {engine: study}, text_of_call("versions", engine, releases=releases))

@@ -13,20 +13,24 @@ from conrod.report.table import Cell, ColouredCell, Table, Tone, table
 from conrod.report.template import join_words
 from conrod.report.terminal import PrintedPart
 from conrod.studies.ablate_findings import (
-    AS_GOOD,
-    COSTS,
-    MEANINGS,
-    NO_CHANGE,
+    MAX_EQUAL_ERROR_RATIO,
+    MAX_NO_CHANGE,
+    MIN_COST_RATIO,
+    VERDICT_MEANINGS,
     AblationStudy,
     EngineAblation,
     IngredientResult,
+    IngredientVerdict,
     Role,
-    Verdict,
 )
 from conrod.studies.frame.paired_timing import PairedTiming
 
 ABSENT = "-"
-TONES: Mapping[Verdict, Tone] = {Verdict.FREE: "good", Verdict.COSTLY: "odd", Verdict.HARMFUL: "bad"}
+TONES: Mapping[IngredientVerdict, Tone] = {
+    IngredientVerdict.FREE: "good",
+    IngredientVerdict.COSTLY: "odd",
+    IngredientVerdict.HARMFUL: "bad",
+}
 
 
 CAPTION = (
@@ -91,8 +95,8 @@ def speed_up(found: EngineAblation) -> str:
     if full.cost is None or full.change is None:
         return f"The full model did not run to its end: {full.reason or full.outcome}."
     changes = join_words([f"{numbers.measured_text(value)} in {quantity}" for quantity, value in full.change.items()])
-    equal = max(full.change.values()) <= NO_CHANGE
-    change = f"is equal within {numbers.quantity(NO_CHANGE)}" if equal else f"differs by at most {changes}"
+    equal = max(full.change.values()) <= MAX_NO_CHANGE
+    change = f"is equal within {numbers.quantity(MAX_NO_CHANGE)}" if equal else f"differs by at most {changes}"
     ratio, _, interval = cost_text(full.cost).partition(" ")
     return (
         f"The minimal model is **{ratio} times** as fast as the full one {interval}, and the observed motion of the "
@@ -102,7 +106,12 @@ def speed_up(found: EngineAblation) -> str:
 
 # -- pages -------------------------------------------------------------------------------------------------------------
 
-RULES = {"verdicts": MEANINGS, "as_good": AS_GOOD, "no_change": NO_CHANGE, "costs": COSTS}  # quoted in pages
+RULES = {
+    "verdicts": VERDICT_MEANINGS,
+    "as_good": MAX_EQUAL_ERROR_RATIO,
+    "no_change": MAX_NO_CHANGE,
+    "costs": MIN_COST_RATIO,
+}  # quoted in pages
 
 
 def _summary(study: AblationStudy) -> dict[str, Any]:

@@ -26,7 +26,7 @@ class Advice:
     Attributes:
         engines: versions by name.
         answers: answers by engine, with the lines that a terminal shows.
-        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
     """
 
     name: str

@@ -17,7 +17,7 @@ from conrod.report.kind import Kind
 from conrod.report.results import distrust_lines, distrust_words
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
-from conrod.studies.versions import Change, VersionStudy
+from conrod.studies.versions import ReleaseChange, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
 
@@ -27,7 +27,7 @@ def unsupported_lines(study: VersionStudy) -> list[str]:
     return [f"{study.engine} {version} unsupported: {why}" for version, why in study.unsupported.items()]
 
 
-def size_words(change: Change) -> str:
+def size_words(change: ReleaseChange) -> str:
     """Say how a run changed: its outcome, differences above rounding, or last digits only."""
     if change.outcomes[0] != change.outcomes[1]:
         return f"{change.outcomes[0]}, now {change.outcomes[1]}"
@@ -80,7 +80,7 @@ SIZE_COLOURS = {
 }
 
 
-def colour_of(change: Change | None) -> str:
+def colour_of(change: ReleaseChange | None) -> str:
     """Return the colour of a run in a release by the size of its change."""
     if change is None:
         return SAME_BITS_COLOUR

@@ -1,4 +1,4 @@
-"""Study of a model's ingredients: the models that are compared, their runs and timings, and what these come to."""
+"""Study of a model's ingredients: the compared models, their runs and timings, and the findings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from conrod.runs.plain_values import plain_values, restore
 from conrod.runs.trajectory import Outcome, Settings
 from conrod.scenes import Scene
 from conrod.studies.ablate_findings import (
-    JUDGED,
+    JUDGED_ERRORS,
     AblationStudy,
     Effect,
     EngineAblation,
@@ -25,8 +25,8 @@ from conrod.studies.ablate_findings import (
     Role,
     VariantResult,
     evidence_of,
-    levels,
-    verdict,
+    ingredient_verdict,
+    reference_errors,
 )
 from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study
 from conrod.studies.frame.paired_timing import ROUNDS, PairedTiming, time_settings_pair
@@ -34,17 +34,17 @@ from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.frame.run import RunCase, clamp_to_span
 from conrod.studies.frame.timing import machine_fingerprint
 
-COST_VERSION = 1  # raised when what is kept of the same timing means something else than before
+COST_VERSION = 1  # increased when the saved values of a timing change in meaning
 
 
 @dataclass(frozen=True)
 class CostCase(RunCase):
-    """The cost of a revolution over that with other settings; see `conrod.studies.frame.paired_timing`.
+    """Paired timing: cost of a revolution over its cost with other settings, see `PairedTiming`.
 
     Attributes:
-        against: the other settings.
-        machine: fingerprint of the machine that it is timed on: figures of different machines do not mix.
-        rounds: how often both are timed.
+        against: settings to compare with.
+        machine: fingerprint of the machine that runs the timing; timings of several machines are kept apart.
+        rounds: number of times that both are timed.
     """
 
     signed_angles: int = 0
@@ -68,45 +68,49 @@ class CostCase(RunCase):
         return super()._identity(parameters) | {"against": against} | paired
 
 
-Found = Mapping[tuple[Role, str], VariantResult]
-COMPARED = 100  # instants of the last turn, or of the one pass, at which two motions are compared
+ResultsByVariant = Mapping[tuple[Role, str], VariantResult]  # by role and ingredient
+COMPARED_ANGLES = 100  # crank angles of the last turn, or of the one pass, at which two motions are compared
 
 
 def ablate_engine(
     name: str, scene: Scene, engine: Engine[Any], steps: int | None, rounds: int
 ) -> Study[EngineAblation]:
-    """The study of a scene's ingredients in one engine: runs twice, then timings, which are to be made alone.
+    """Run and time the models of a scene in one engine, and judge each ingredient.
+
+    Yields two batches of runs, then the timings, which have to be made without other runs.
 
     Args:
-        name: of the scene.
-        steps: a revolution; None for the usual number.
-        rounds: of each timing.
+        name: name of the scene.
+        scene: the scene.
+        engine: the engine.
+        steps: steps per revolution; None for the usual number.
+        rounds: rounds of each timing.
 
     Raises:
         InvalidInput: the engine has no ingredients.
     """
-    models, cases = require_capability(engine, ModelIngredients), Cases(name, scene, rounds)
+    models, cases = require_capability(engine, ModelIngredients), AblationCases(name, scene, rounds)
     minimal = models.minimal_settings(scene, steps or default_steps(scene))
     ingredients = models.ingredients(scene, minimal)
-    variants = single_variants(minimal, ingredients)
+    variants = minimal_variants(minimal, ingredients)
     guard = ReferenceGuard()
-    runs = yield [cases.run(one.settings) for one in variants]
-    # Which ingredients a full model is to have is known when each has been seen alone.
-    alone = _judged(ingredients, cases.results(variants, runs, {}))
+    runs = yield [cases.run_case(one.settings) for one in variants]
+    # The full model has the ingredients that alone have no effect, so they are run alone first.
+    alone = _ingredient_results(ingredients, cases.variant_results(variants, runs, {}))
     effects = {one.name: one.evidence[0].effect for one in alone}
     variants += full_variants(minimal, [one for one in ingredients if effects[one.name] is Effect.NONE])
-    runs = yield [cases.run(one.settings) for one in variants]
-    guard.check([cases.run(one.settings) for one in variants], runs)
-    # After all runs: what runs beside a timing is in it.
-    costs = yield cases.costs(variants, runs)
-    found = cases.results(variants, runs, costs)
+    runs = yield [cases.run_case(one.settings) for one in variants]
+    guard.check([cases.run_case(one.settings) for one in variants], runs)
+    # After all runs, because runs at the same time would slow the timed ones.
+    costs = yield cases.cost_cases(variants, runs)
+    found = cases.variant_results(variants, runs, costs)
     return EngineAblation(
         engine=engine.name,
         version=engine.version,
         steps_per_revolution=minimal.steps_per_revolution,
-        revolutions=clamp_to_span(cases.run(minimal)).revolutions,
+        revolutions=clamp_to_span(cases.run_case(minimal)).revolutions,
         machine=machine_fingerprint(),
-        ingredients=_judged(ingredients, found),
+        ingredients=_ingredient_results(ingredients, found),
         variants=tuple(found.values()),
         distrust=guard.distrust,
     )
@@ -115,10 +119,12 @@ def ablate_engine(
 def ablation_study(
     name: str, scene: Scene, engines: Sequence[EngineAblation], unsupported: Mapping[str, str]
 ) -> AblationStudy:
-    """Findings on a scene from those in its engines.
+    """Collect the findings of all engines on a scene.
 
     Args:
-        unsupported: engine -> why it has no ingredients to study.
+        name, scene: the scene.
+        engines: findings in each engine.
+        unsupported: reasons why engines have no ingredients to study, by engine name.
     """
     found = tuple(engines), dict(unsupported), dict(scene.lengths)
     return AblationStudy(name, scene.kind, scene.title, dict(scene.parameters), *found)
@@ -129,12 +135,13 @@ def ablation_study(
 
 @dataclass(frozen=True)
 class Variant:
-    """A model.
+    """A model that is run, and the model that it is compared with.
 
     Attributes:
-        ingredient: name of the one that it differs by from what it is compared with; empty where it is none.
-        settings: that it is run with.
-        against: settings of what it is compared with: the full model for TAKEN, the minimal one for all others.
+        role: place in the study.
+        ingredient: ingredient by which the two models differ; empty for the minimal and the full model.
+        settings: settings of the model.
+        against: settings of the other model: the full one for REMOVED_FROM_FULL, else the minimal one.
     """
 
     role: Role
@@ -143,21 +150,23 @@ class Variant:
     against: Settings
 
 
-def single_variants(minimal: Settings, ingredients: Sequence[Ingredient[Any]]) -> tuple[Variant, ...]:
-    """The minimal model, and those that differ from it by one ingredient."""
+def minimal_variants(minimal: Settings, ingredients: Sequence[Ingredient[Any]]) -> tuple[Variant, ...]:
+    """Return the minimal model, and each model that differs from it by one ingredient."""
+    parts, extras = [one for one in ingredients if one.minimal], [one for one in ingredients if not one.minimal]
     return (
         Variant(Role.MINIMAL, "", minimal, minimal),
-        *(Variant(Role.ADDED, one.name, one.added(minimal), minimal) for one in ingredients if not one.minimal),
-        *(Variant(Role.REDUCED, one.name, one.removed(minimal), minimal) for one in ingredients if one.minimal),
+        *(Variant(Role.ADDED_TO_MINIMAL, one.name, one.added(minimal), minimal) for one in extras),
+        *(Variant(Role.REMOVED_FROM_MINIMAL, one.name, one.removed(minimal), minimal) for one in parts),
     )
 
 
 def full_variants(minimal: Settings, idle: Sequence[Ingredient[Any]]) -> tuple[Variant, ...]:
-    """The full model, and those that differ from it by one ingredient.
+    """Return the full model, and each model that differs from it by one ingredient.
 
     Args:
-        idle: ingredients that do the minimal model neither harm nor good: what others do could not be seen beside one
-            that does harm, and what the minimal model needs every model needs.
+        minimal: settings of the minimal model.
+        idle: ingredients without effect on the minimal model. A harmful one would hide the effects of others, and a
+            required one is required in every model.
     """
     chosen = [one for one in idle if not one.minimal]
     if not chosen:
@@ -165,68 +174,72 @@ def full_variants(minimal: Settings, idle: Sequence[Ingredient[Any]]) -> tuple[V
     full: Settings = reduce(lambda settings, one: one.added(settings), chosen, minimal)
     return (
         Variant(Role.FULL, "", full, minimal),
-        *(Variant(Role.TAKEN, one.name, one.removed(full), full) for one in idle),
+        *(Variant(Role.REMOVED_FROM_FULL, one.name, one.removed(full), full) for one in idle),
     )
 
 
 @dataclass(frozen=True)
-class Cases:
-    """Runs and timings of the models of a scene, and what they come to.
+class AblationCases:
+    """Cases of a scene's models, their runs and timings, and the results of models from them.
 
     Attributes:
-        name: of the scene.
-        rounds: of each timing.
+        name, scene: the scene.
+        rounds: rounds of each timing.
     """
 
     name: str
     scene: Scene
     rounds: int
 
-    def run(self, settings: Settings) -> RunCase:
-        """The run of a model."""
-        return RunCase(self.name, self.scene, settings, signed_angles=COMPARED)
+    def run_case(self, settings: Settings) -> RunCase:
+        """Return the run of a model."""
+        return RunCase(self.name, self.scene, settings, signed_angles=COMPARED_ANGLES)
 
-    def cost(self, variant: Variant, against: Settings) -> CostCase:
-        """The timing of a model over another one."""
+    def cost_case(self, variant: Variant, against: Settings) -> CostCase:
+        """Return the paired timing of a model and other settings."""
         return CostCase(
             self.name, self.scene, variant.settings, against=against, machine=machine_fingerprint(), rounds=self.rounds
         )
 
-    def costs(self, variants: Sequence[Variant], runs: Results) -> list[CostCase]:
-        """Timings of all models that ran to their end. The minimal model is timed against itself: a control."""
+    def cost_cases(self, variants: Sequence[Variant], runs: Results) -> list[CostCase]:
+        """Return the timings of all models that completed, over the minimal model and over the full model.
+
+        The minimal model is also timed over itself, as a control.
+        """
         minimal = variants[0]
-        ended = [one for one in variants if runs[self.run(one.settings).key].outcome == Outcome.COMPLETED.slug]
-        roles = {one.role for one in ended}
+        completed = [one for one in variants if runs[self.run_case(one.settings).key].outcome == Outcome.COMPLETED.slug]
+        roles = {one.role for one in completed}
         if Role.MINIMAL not in roles:
             return []
-        taken = [one for one in ended if one.role is Role.TAKEN and Role.FULL in roles]
-        return [self.cost(one, minimal.settings) for one in ended] + [self.cost(one, one.against) for one in taken]
+        reduced = [one for one in completed if one.role is Role.REMOVED_FROM_FULL and Role.FULL in roles]
+        over_minimal = [self.cost_case(one, minimal.settings) for one in completed]
+        return over_minimal + [self.cost_case(one, one.against) for one in reduced]
 
-    def results(self, variants: Sequence[Variant], runs: Results, costs: Results) -> Found:
-        """Measurements of each model."""
+    def variant_results(self, variants: Sequence[Variant], runs: Results, costs: Results) -> ResultsByVariant:
+        """Return the result of each model from its run and timings."""
         return {(one.role, one.ingredient): self._result(one, variants[0], runs, costs) for one in variants}
 
     def _result(self, variant: Variant, minimal: Variant, runs: Results, costs: Results) -> VariantResult:
-        run, other = (runs[self.run(settings).key] for settings in (variant.settings, variant.against))
-        in_full = self.cost(variant, variant.against).key if variant.role is Role.TAKEN else ""
+        run, other = (runs[self.run_case(settings).key] for settings in (variant.settings, variant.against))
+        in_full = self.cost_case(variant, variant.against).key if variant.role is Role.REMOVED_FROM_FULL else ""
         return VariantResult(
             role=variant.role,
             ingredient=variant.ingredient,
             outcome=run.outcome,
             reason=run.reason,
-            errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in JUDGED},
-            change=change(run, other),
-            cost=_timing(costs.get(self.cost(variant, minimal.settings).key)),
-            cost_in_full=_timing(costs.get(in_full)),
+            errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in JUDGED_ERRORS},
+            change=motion_change(run, other),
+            cost=_paired_timing(costs.get(self.cost_case(variant, minimal.settings).key)),
+            cost_in_full=_paired_timing(costs.get(in_full)),
             settings=variant.settings.as_dict(),
         )
 
 
-def change(run: Measurement, other: Measurement) -> dict[str, float] | None:
-    """Largest difference of the observed points by quantity, normalised; None unless both runs completed.
+def motion_change(run: Measurement, other: Measurement) -> dict[str, float] | None:
+    """Largest difference of two motions by quantity, normalised; None unless both runs completed.
 
-    Deviations from the exact motion at the crank angle reached are subtracted, not motions: where samples lie at other
-    instants, a deviation can be interpolated at the cost of a small share of itself.
+    The signed errors of both at the same crank angles are subtracted, not the motions: if samples lie at other
+    instants, an error is interpolated, which costs only a small share of the error.
     """
     if run.signed is None or other.signed is None:
         return None
@@ -234,21 +247,31 @@ def change(run: Measurement, other: Measurement) -> dict[str, float] | None:
     return {q: float(np.linalg.norm(np.concatenate(parts), axis=1).max()) for q, parts in off.items()}
 
 
-def _timing(cost: Measurement | None) -> PairedTiming | None:
-    # A process that died or took too long has no cost; that its run completed is known from elsewhere.
+def _paired_timing(cost: Measurement | None) -> PairedTiming | None:
+    """Restore a timing from its measurement; None if it is missing or its process failed."""
     return None if cost is None or cost.payload is None else restore(PairedTiming, cost.payload["paired"])
 
 
-def _judged(ingredients: Sequence[Ingredient[Any]], found: Found) -> tuple[IngredientResult, ...]:
-    """Finding for each ingredient from the models that differ by it alone from those they are made from."""
-    level, judged = levels(found[Role.MINIMAL, ""]), list[IngredientResult]()
+# Role of the model from which a model of a role is made.
+BASES = {
+    Role.ADDED_TO_MINIMAL: Role.MINIMAL,
+    Role.REMOVED_FROM_MINIMAL: Role.MINIMAL,
+    Role.REMOVED_FROM_FULL: Role.FULL,
+}
+
+
+def _ingredient_results(
+    ingredients: Sequence[Ingredient[Any]], found: ResultsByVariant
+) -> tuple[IngredientResult, ...]:
+    """Judge each ingredient from the pairs of models that differ by it alone."""
+    level, judged = reference_errors(found[Role.MINIMAL, ""]), list[IngredientResult]()
     for one in ingredients:
         evidence = tuple(
-            evidence_of(found[role, one.name], found[Role.FULL if role is Role.TAKEN else Role.MINIMAL, ""], level)
-            for role in (Role.ADDED, Role.REDUCED, Role.TAKEN)
+            evidence_of(found[role, one.name], found[base, ""], level)
+            for role, base in BASES.items()
             if (role, one.name) in found
         )
-        judgement, because = verdict(evidence)
+        judgement, because = ingredient_verdict(evidence)
         needed_by = tuple(quantity.value for quantity in one.needed_by)
         judged.append(IngredientResult(one.name, one.meaning, one.minimal, needed_by, judgement, because, evidence))
     return tuple(judged)

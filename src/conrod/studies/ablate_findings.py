@@ -1,4 +1,4 @@
-"""Findings of a study of ingredients, plain values that report and command line read, and the verdicts on them."""
+"""Findings of an ablation study as plain values, and the verdict on each ingredient."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from conrod.studies.frame.paired_timing import PairedTiming
 
 
 class Role(Enum):
-    """Place of a model in the study."""
+    """Role of a model in an ablation study."""
 
     MINIMAL = "minimal"
-    ADDED = "added"  # minimal and one ingredient more
-    REDUCED = "reduced"  # minimal without one of its own parts
-    FULL = "full"  # minimal and all ingredients that do it no harm
-    TAKEN = "taken"  # full without one of them, or without a part that the minimal model can do without
+    ADDED_TO_MINIMAL = "added"  # minimal with one more ingredient
+    REMOVED_FROM_MINIMAL = "reduced"  # minimal without one of its ingredients
+    FULL = "full"  # minimal with all ingredients that have no effect on it
+    REMOVED_FROM_FULL = "taken"  # full without one of these, or without an ingredient that minimal does not require
 
 
 class Effect(Enum):
@@ -30,8 +30,8 @@ class Effect(Enum):
     UNDECIDED = "undecided"
 
 
-class Verdict(Enum):
-    """Verdict of measurement on an ingredient."""
+class IngredientVerdict(Enum):
+    """Verdict on an ingredient, from measured errors and costs."""
 
     REQUIRED = "required"
     FREE = "free"
@@ -40,28 +40,29 @@ class Verdict(Enum):
     UNDECIDED = "undecided"
 
 
-MEANINGS = {
-    Verdict.REQUIRED: "without it the observed motion is wrong",
-    Verdict.FREE: "the motion is right with it and without it, and it costs nothing",
-    Verdict.COSTLY: "the motion is right with it and without it, and it costs time",
-    Verdict.HARMFUL: "makes the motion worse",
-    Verdict.UNDECIDED: "no measurement decides",
+VERDICT_MEANINGS = {
+    IngredientVerdict.REQUIRED: "without it the observed motion is wrong",
+    IngredientVerdict.FREE: "the motion is right with it and without it, and it costs nothing",
+    IngredientVerdict.COSTLY: "the motion is right with it and without it, and it costs time",
+    IngredientVerdict.HARMFUL: "makes the motion worse",
+    IngredientVerdict.UNDECIDED: "no measurement decides",
 }
 
 
 @dataclass(frozen=True)
 class VariantResult:
-    """A model of a study.
+    """Result of one model of a study.
 
     Attributes:
-        ingredient: that it differs by from what it is compared with; empty where it is none.
-        errors: largest of the observed points against the exact motion: position, velocity, acceleration, total;
-            None unless the run completed.
-        change: largest difference of the observed points from what it is compared with, at the same instants:
+        role, ingredient: see `conrod.studies.ablate.Variant`.
+        outcome, reason: how its run ended.
+        errors: largest errors of the observed points: position, velocity, acceleration, total; None unless the run
+            completed.
+        change: largest difference of the observed points from the model it is compared with, at the same crank angles:
             position, velocity, acceleration, normalised as errors are; None unless both completed.
-        cost: over the minimal model; None where the run did not complete or could not be timed.
-        cost_in_full: of a variant with one ingredient taken from the full model: over that model.
-        settings: as plain values.
+        cost: timing over the minimal model; None unless the run completed and could be timed.
+        cost_in_full: timing over the full model, of a model with one ingredient removed from it.
+        settings: settings as plain values.
     """
 
     role: Role
@@ -77,13 +78,14 @@ class VariantResult:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Two models that differ by an ingredient alone.
+    """Evidence on an ingredient from two models that differ by it alone.
 
     Attributes:
-        full: whether all other ingredients are there, or none.
-        cost: with it over without it.
-        change: of the observed motion.
-        because: what the effect was seen in: a quantity, or how the run ended that did not complete.
+        full: True if the models have all other ingredients, False if they have only the minimal ones.
+        cost: cost with the ingredient over cost without it.
+        change: change of the observed motion by quantity.
+        effect: effect of the ingredient on the motion.
+        because: quantity that shows the effect, or the outcome of a run that did not complete.
     """
 
     full: bool
@@ -95,32 +97,32 @@ class Evidence:
 
 @dataclass(frozen=True)
 class IngredientResult:
-    """An ingredient, the evidence on it and what follows.
+    """Verdict on an ingredient, with its evidence.
 
     Attributes:
         name, meaning, minimal: see `engines.variants.Ingredient`.
-        needed_by: quantities that need it by what it is.
-        because: what the verdict was seen in.
+        needed_by: quantities that need it by definition.
+        because: quantity or outcome that decided the verdict.
     """
 
     name: str
     meaning: str
     minimal: bool
     needed_by: tuple[str, ...]
-    verdict: Verdict
+    verdict: IngredientVerdict
     because: str
     evidence: tuple[Evidence, ...]
 
 
 @dataclass(frozen=True)
 class EngineAblation:
-    """Findings in one engine.
+    """Findings of an ablation study in one engine.
 
     Attributes:
-        machine: that the costs were taken on.
-        ingredients: in the engine's own order.
-        variants: the minimal model first.
-        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
+        machine: fingerprint of the machine on which the costs were measured.
+        ingredients: verdicts in the order of the engine's list.
+        variants: results of all models, the minimal model first.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
     """
 
     engine: str
@@ -133,18 +135,19 @@ class EngineAblation:
     distrust: str = ""
 
     def variant(self, role: Role, ingredient: str = "") -> VariantResult | None:
-        """The variant of a role; None where there is none."""
+        """Return the result of the model with a role and an ingredient; None if it was not run."""
         return next((v for v in self.variants if (v.role, v.ingredient) == (role, ingredient)), None)
 
 
 @dataclass(frozen=True)
 class AblationStudy:
-    """Findings on a scene.
+    """Findings of an ablation study on one scene.
 
     Attributes:
         name, kind, title, parameters: of the scene.
-        unsupported: engine -> why it has no ingredients to study.
-        lengths: L of each observed point [m]; empty in reports of an earlier conrod.
+        engines: findings by engine.
+        unsupported: reasons why engines have no ingredients to study, by engine name.
+        lengths: length L of each observed point [m]; empty in reports of an earlier conrod.
     """
 
     name: str
@@ -157,33 +160,33 @@ class AblationStudy:
 
     @property
     def distrust(self) -> str:
-        """Engines whose figures cannot be trusted, and why, in words; empty if there are none."""
+        """Engines whose figures cannot be trusted, and why, in words; empty if all can."""
         return "; ".join(found.distrust for found in self.engines if found.distrust)
 
 
-# A difference of this share of the travel (and of omega L, omega^2 L) is none: what rounding grows
-# to in a long chain of steps is a hundred times less, and no user of an engine asks for more.
-NO_CHANGE = 1e-9
-# A motion is as good as another one while its largest error is at most twice as large. Errors that hang on single
-# samples, as those of a contact that chatters, differ by half without any cause.
-AS_GOOD = 2.0
-# Cost counts where the whole interval of the ratio lies above this. Settings timed against themselves, twenty times on
-# a busy machine of two cores, gave medians up to 2.6 % off one and an interval that began 1.9 % above it: two models
-# of one kind differ a little for as long as they live.
-COSTS = 1.03
-BESIDE_OTHERS = "beside all others"
-JUDGED = ("position", "velocity", "acceleration", "total")
+# A difference up to this share of the travel L (of omega L, omega^2 L) counts as none: rounding over many steps is a
+# hundred times smaller, and no user of an engine needs a smaller one.
+MAX_NO_CHANGE = 1e-9
+# A motion is as good as another if its largest error is at most this many times larger. Errors of single samples, as of
+# a contact that chatters, differ by half without a cause.
+MAX_EQUAL_ERROR_RATIO = 2.0
+# An ingredient costs time if the whole 95 % interval of its cost ratio lies above this. Settings timed against
+# themselves, twenty times on a busy machine of two cores, gave medians up to 2.6 % from 1 and an interval that began
+# 1.9 % above 1: two equal models in memory differ a little.
+MIN_COST_RATIO = 1.03
+IN_FULL_MODEL = "beside all others"  # words in a verdict
+JUDGED_ERRORS = ("position", "velocity", "acceleration", "total")
 
 
-def levels(minimal: VariantResult) -> dict[str, float]:
-    """Errors up to which a run is as good as can be asked for: the minimal model's own, or what is none."""
+def reference_errors(minimal: VariantResult) -> dict[str, float]:
+    """Return the errors of the minimal model, at least MAX_NO_CHANGE, that other models are compared with."""
     own = minimal.errors or {}
-    return {q: max(own.get(q, 0.0), NO_CHANGE) for q in JUDGED}
+    return {q: max(own.get(q, 0.0), MAX_NO_CHANGE) for q in JUDGED_ERRORS}
 
 
 def evidence_of(model: VariantResult, base: VariantResult, level: Mapping[str, float]) -> Evidence:
-    """Evidence of a model and the one that it is made from on the ingredient that they differ by."""
-    removed, full = model.role is not Role.ADDED, model.role is Role.TAKEN
+    """Return the evidence of two models on the ingredient by which they differ."""
+    removed, full = model.role is not Role.ADDED_TO_MINIMAL, model.role is Role.REMOVED_FROM_FULL
     without, with_it = (model, base) if removed else (base, model)
     cost = model.cost_in_full if full else model.cost
     effect, because = motion_effect(without, with_it, level)
@@ -191,57 +194,60 @@ def evidence_of(model: VariantResult, base: VariantResult, level: Mapping[str, f
 
 
 def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> tuple[Effect, str]:
-    """Effect of an ingredient on the observed motion, and what it is seen in."""
+    """Return the effect of an ingredient on the motion, and the quantity or outcome that shows it."""
     for run in (without, with_it):
         if run.outcome == Outcome.UNSUPPORTED.slug:
             return Effect.UNDECIDED, run.reason
-    wrong_without, wrong_with = _wrong(without, level), _wrong(with_it, level)
+    wrong_without, wrong_with = _wrong_quantity(without, level), _wrong_quantity(with_it, level)
     if wrong_without and wrong_with:
         return Effect.UNDECIDED, f"wrong with it and without: {wrong_with}"
     if wrong_without:
         return Effect.REQUIRED, wrong_without
     if wrong_with:
         return Effect.WORSE, wrong_with
-    worse = _worse(without, with_it, level)
+    worse = _worsened_quantity(without, with_it, level)
     return (Effect.WORSE, f"{worse}, better without it") if worse else (Effect.NONE, "")
 
 
-def _wrong(run: VariantResult, level: Mapping[str, float]) -> str:
-    """In what a run is not as good as the minimal model; empty where it is."""
+def _wrong_quantity(run: VariantResult, level: Mapping[str, float]) -> str:
+    """Outcome or quantity in which a run is worse than the minimal model; empty if none."""
     if run.errors is None:
         return run.outcome
-    return next((q for q in JUDGED if run.errors[q] > AS_GOOD * level[q]), "")
+    return next((q for q in JUDGED_ERRORS if run.errors[q] > MAX_EQUAL_ERROR_RATIO * level[q]), "")
 
 
-def _worse(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> str:
-    """In what a run is no better than the minimal model while it would be without the ingredient."""
+def _worsened_quantity(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> str:
+    """First quantity that an ingredient makes worse, to no better than minimal; empty if none."""
     before, after = without.errors or {}, with_it.errors or {}
-    return next((q for q in JUDGED if after[q] >= level[q] and after[q] > AS_GOOD * max(before[q], NO_CHANGE)), "")
+    for q in JUDGED_ERRORS:
+        if after[q] >= level[q] and after[q] > MAX_EQUAL_ERROR_RATIO * max(before[q], MAX_NO_CHANGE):
+            return q
+    return ""
 
 
 def costs_time(cost: PairedTiming | None) -> bool:
-    """True if a ratio is above one for certain."""
-    return cost is not None and cost.low > COSTS
+    """Return True if the whole interval of a cost ratio is above MIN_COST_RATIO."""
+    return cost is not None and cost.low > MIN_COST_RATIO
 
 
-def verdict(evidence: Sequence[Evidence]) -> tuple[Verdict, str]:
-    """Verdict of all evidence on an ingredient, and what it was seen in. Harm in any of it counts most."""
-    for effect, found in ((Effect.WORSE, Verdict.HARMFUL), (Effect.REQUIRED, Verdict.REQUIRED)):
+def ingredient_verdict(evidence: Sequence[Evidence]) -> tuple[IngredientVerdict, str]:
+    """Return the verdict on an ingredient from all evidence, with its reason; harm outweighs the rest."""
+    for effect, found in ((Effect.WORSE, IngredientVerdict.HARMFUL), (Effect.REQUIRED, IngredientVerdict.REQUIRED)):
         seen = [one for one in evidence if one.effect is effect]
         if seen:
-            return found, _seen_in(seen[0], evidence)
+            return found, _effect_words(seen[0], evidence)
     decided = [one for one in evidence if one.effect is Effect.NONE]
     if not decided:
-        return Verdict.UNDECIDED, evidence[0].because if evidence else ""
+        return IngredientVerdict.UNDECIDED, evidence[0].because if evidence else ""
     dear = [one for one in decided if costs_time(one.cost)]
     if dear:
-        return Verdict.COSTLY, _seen_in(dear[0], evidence)
+        return IngredientVerdict.COSTLY, _effect_words(dear[0], evidence)
     if any(one.cost is not None for one in decided):
-        return Verdict.FREE, ""
-    return Verdict.UNDECIDED, "it could not be timed"
+        return IngredientVerdict.FREE, ""
+    return IngredientVerdict.UNDECIDED, "it could not be timed"
 
 
-def _seen_in(one: Evidence, evidence: Sequence[Evidence]) -> str:
-    """Reason that evidence gives; where the ingredient alone does not show it, that it takes the others."""
+def _effect_words(one: Evidence, evidence: Sequence[Evidence]) -> str:
+    """Reason of evidence in words, with `IN_FULL_MODEL` if only the full model shows the effect."""
     alone = any(not other.full for other in evidence)
-    return ", ".join(text for text in (one.because, BESIDE_OTHERS if one.full and alone else "") if text)
+    return ", ".join(text for text in (one.because, IN_FULL_MODEL if one.full and alone else "") if text)

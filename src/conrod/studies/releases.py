@@ -1,8 +1,8 @@
-"""Releases of an engine, each in an environment of its own, and runs in them.
+"""Releases of an engine, each installed in a separate environment, and runs in them.
 
-An environment lies in the cache folder, made once, whole or not at all, and is never upgraded. It holds the engine and
-what it requires, with the numpy of this process. All else, conrod included, is imported from where this process has it
-(`WorkerProcess`), so that two environments differ by the engine alone.
+An environment is a folder in the cache folder; it is created once, completely or not at all, and never upgraded. It
+holds the engine with its requirements, and the numpy version of this process. Everything else, conrod included, is
+imported from the paths of this process (`WorkerProcess`), so that two environments differ only by the engine.
 """
 
 from __future__ import annotations
@@ -31,25 +31,32 @@ from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.frame.writing import ROOT_UID, real_path
 from conrod.studies.limits.recorders import Fingerprint
 
-PATIENCE = 600.0  # [s] for an installation
-STARTED = 120.0  # [s] for an engine to be imported
+INSTALL_TIMEOUT = 600.0  # [s] for a command of an installation
+IMPORT_TIMEOUT = 120.0  # [s] for the import of an engine
 
 
-def install(folder: Path, requirements: Sequence[str]) -> None:
-    """Make an environment with some requirements, by venv and pip; wheels alone are taken.
+def install_requirements(folder: Path, requirements: Sequence[str]) -> None:
+    """Create an environment and install requirements with pip, from wheels only.
 
     Raises:
-        InvalidInput: what the installer says, in one line.
+        InvalidInput: the installation failed; has the installer's message in one line.
     """
-    _run([sys.executable, "-m", "venv", str(folder)])
-    _run([str(python_of(folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:", *requirements])
+    _run_command([sys.executable, "-m", "venv", str(folder)])
+    _run_command(
+        [str(interpreter_path(folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:", *requirements]
+    )
 
 
-def interpreter(engine: str, requirement: str, version: str) -> str:
-    """Path of the interpreter of an environment where an engine has a version; it is made if there is none.
+def release_interpreter(engine: str, requirement: str, version: str) -> str:
+    """Return the interpreter's path in the environment of a release, which is created if missing.
+
+    Args:
+        engine: name of the engine.
+        requirement: requirement for pip, such as mujoco==3.6.0.
+        version: version that the engine has to report.
 
     Raises:
-        InvalidInput: it cannot be made, or the engine that it holds cannot be imported, or is another version.
+        InvalidInput: the environment cannot be created, or its engine cannot be imported or has another version.
     """
     folder = real_path(platformdirs.user_cache_path("conrod") / "environments")
     requirements = (requirement, f"numpy=={version_of('numpy')}")
@@ -57,30 +64,30 @@ def interpreter(engine: str, requirement: str, version: str) -> str:
     digest = hashlib.sha256("\n".join((*requirements, python, sys.base_prefix)).encode()).hexdigest()[:8]
     place = folder / f"{requirement.replace('==', '-')}-{python}-{digest}"
     if place.is_dir():
-        check_nobody_else_writes(python_of(place).parent)
-        return str(python_of(place))
+        check_no_other_writer(interpreter_path(place).parent)
+        return str(interpreter_path(place))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        check_nobody_else_writes(folder)
-        # Made elsewhere and renamed, so that it is there whole or not at all; of two the first counts.
+        check_no_other_writer(folder)
+        # Created elsewhere and renamed, so that it is complete or missing; of two processes the first succeeds.
         with tempfile.TemporaryDirectory(prefix=".making-", dir=folder) as name:
             made = Path(name) / "made"
-            install(made, requirements)
-            found = imported_version(str(python_of(made)), engine)
+            install_requirements(made, requirements)
+            found = imported_version(str(interpreter_path(made)), engine)
             if found != version:
                 raise InvalidInput(f"{requirement} calls itself {found}")
             made.rename(place)
     except OSError as error:
         if not place.is_dir():
             raise InvalidInput(f"cannot write into {folder}: {error.strerror or error}") from None
-    return str(python_of(place))
+    return str(interpreter_path(place))
 
 
-def check_nobody_else_writes(folder: Path) -> None:
-    """Refuse a folder of programs where another user could have put one.
+def check_no_other_writer(folder: Path) -> None:
+    """Raise an error if another user may write into a folder of programs.
 
     Raises:
-        InvalidInput: it, or a folder above it, is another user's, or all may write there.
+        InvalidInput: the folder, or one above it, belongs to another user, or all users may write into it.
     """
     for place in (folder, *folder.parents):
         found = place.lstat()
@@ -94,56 +101,66 @@ def check_nobody_else_writes(folder: Path) -> None:
 
 
 def imported_version(interpreter: str, engine: str) -> str:
-    """Version of an engine in an environment, by importing it there.
+    """Return the version of an engine in an environment, by importing it there.
 
     Raises:
-        InvalidInput: that fails, in one line; or it crashes, or takes too long.
+        InvalidInput: the import fails, crashes or takes too long; says how, in one line.
     """
-    worker = WorkerProcess(CallLimits(timeout=STARTED), interpreter=interpreter)
+    worker = WorkerProcess(CallLimits(timeout=IMPORT_TIMEOUT), interpreter=interpreter)
     try:
-        return worker.call(_version, engine)
+        return worker.call(_engine_version, engine)
     except (WorkerDied, TimeoutError, ImportError, AttributeError, OSError) as error:
         raise InvalidInput(f"it cannot be imported: {type(error).__name__}: {error}") from None
     finally:
         worker.end()
 
 
-def _version(engine: str) -> str:
+def _engine_version(engine: str) -> str:
+    """Return the version of an engine in this process."""
     return engine_named(engine).version
 
 
-def python_of(folder: Path) -> Path:
-    """Path of an environment's interpreter."""
+def interpreter_path(folder: Path) -> Path:
+    """Return the path of an environment's interpreter."""
     return folder / "bin" / "python"
 
 
-def _run(command: Sequence[str]) -> None:
-    # From a folder of its own: a project's settings in the working folder are not for an engine's environment.
+def _run_command(command: Sequence[str]) -> None:
+    """Run a command of an installation; raises InvalidInput with its first error line.
+
+    It runs in an empty folder, so that settings of a project in the working folder do not apply.
+    """
     with tempfile.TemporaryDirectory() as aside:
         try:
             done = subprocess.run(
-                command, capture_output=True, text=True, timeout=PATIENCE, cwd=aside, check=False, errors="replace"
+                command,
+                capture_output=True,
+                text=True,
+                timeout=INSTALL_TIMEOUT,
+                cwd=aside,
+                check=False,
+                errors="replace",
             )
         except subprocess.TimeoutExpired:
-            raise InvalidInput(f"{Path(command[0]).name} has not ended after {PATIENCE:g} s") from None
+            raise InvalidInput(f"{Path(command[0]).name} has not ended after {INSTALL_TIMEOUT:g} s") from None
     if done.returncode:
         said = (done.stderr or done.stdout).splitlines()
-        # pip says first what went wrong, and then what could be done.
+        # pip prints the error first, and hints after it.
         errors = [line.removeprefix("ERROR: ") for line in said if line.startswith("ERROR: ")]
         raise InvalidInput(next(iter(errors), " ".join(said)) or f"{command[0]} ended with {done.returncode}")
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------
 
-BITS_VERSION = 1  # raised when what is kept of a run comes out otherwise, or means something else, than before
+FINGERPRINTS_VERSION = 1  # increased when the saved fingerprints of the same run change in value or meaning
 
 
 @dataclass(frozen=True, kw_only=True)
 class VersionCase(RunCase):
-    """A run in a release of its engine, to be performed where that is installed.
+    """A run in a release of its engine, performed in a process that has this release.
 
     Attributes:
-        version: of the engine.
+        version: version of the engine.
     """
 
     version: str
@@ -153,19 +170,19 @@ class VersionCase(RunCase):
         return self.version
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
-        return super()._identity(parameters) | {"bits": BITS_VERSION}
+        return super()._identity(parameters) | {"bits": FINGERPRINTS_VERSION}
 
     def perform(self) -> Measurement:
         engine, bits = engine_named(self.settings.engine), Fingerprint()
         if engine.version != self.version:
             raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
         try:
-            # Errors predicted from gaps are not asked for.
+            # The ledger keeps no predicted errors of releases.
             return replace(measure(self, bits.add), prediction=None, payload={"bits": bits.digests()})
         except InvalidInput:
             raise
         except (AttributeError, TypeError) as error:
-            # Of a release that has not what conrod asks of it, which no table of ours foresaw.
+            # A release lacks something that conrod uses, and `compat` does not know of.
             return Measurement(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
-        except Exception as error:  # the engine's own, of whatever kind: an old release fails in its own ways
+        except Exception as error:  # of any kind: an old release may fail in any way
             return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")

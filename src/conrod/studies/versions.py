@@ -1,4 +1,4 @@
-"""Measured changelog of an engine: the same runs in each of its releases, and where something changed."""
+"""Measured changelog of an engine: the same runs in each of its releases, and their changes."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.releases import VersionCase
 
-# A change of a normalised position up to this is of last digits; so is one of a velocity or an acceleration that such
-# a one makes when it is differentiated over a step.
-LAST_DIGITS = 1e-12
+# Largest change of a normalised position that counts as last digits. For velocities and accelerations it is multiplied
+# by the steps per radian and their square, because a derivative over a step enlarges rounding as much.
+MAX_LAST_DIGITS_CHANGE = 1e-12
 
 
 @dataclass(frozen=True)
-class Change:
-    """A change of a run from one release to the next one that was run.
+class ReleaseChange:
+    """Change of a run from one release to the next.
 
     Attributes:
-        version, before: the release with the change, and the one before.
-        outcomes, errors: before and after; the largest position error, normalised, or None unless it completed.
-        differ: names of the states and outputs that are not the same to the last bit.
-        size: by quantity, the largest difference of the two motions at twenty angles of the last turn, normalised as
+        version, before: the release with the change, and the release before.
+        outcomes: outcomes before and after.
+        errors: largest position errors before and after, normalised; None unless the run completed.
+        differ: names of the states and outputs that differ in any bit.
+        size: largest difference of the two motions by quantity, at twenty crank angles of the last turn, normalised as
             errors are; empty unless both completed.
-        last_digits: whether nothing but these changed; True also where the size of other bits is not known.
-        explained: what the engine's own changelog says of the release that can be the cause; empty where nothing is.
+        last_digits: True if only last digits changed, also if bits differ and the size is unknown.
+        explained: entries of the engine's changelog that can be the cause; empty if there are none.
     """
 
     version: str
@@ -50,52 +51,54 @@ class Change:
 
 
 @dataclass(frozen=True)
-class History:
-    """A scene with some settings through the releases.
+class RunHistory:
+    """History of one run, a scene with some settings, through all releases.
 
     Attributes:
-        changes: where a run is not that of the release before, to the last bit.
+        settings: name of the settings.
+        changes: changes in any bit from one release to the next.
     """
 
     scene: str
     settings: str
     steps_per_revolution: int
-    changes: tuple[Change, ...]
+    changes: tuple[ReleaseChange, ...]
 
-    def change_at(self, version: str) -> Change | None:
-        """The change of a release; None where it is the same as the one before to the last bit."""
+    def change_at(self, version: str) -> ReleaseChange | None:
+        """Return the change that a release brought; None if the run is the same to the last bit."""
         return next((change for change in self.changes if change.version == version), None)
 
 
 @dataclass(frozen=True)
 class VersionStudy:
-    """Releases of an engine on the same runs.
+    """Findings on the releases of an engine.
 
     Attributes:
-        source: where the engine's own changelog is.
-        measured: versions that could be had, the oldest first.
-        unsupported: why others could not.
-        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
+        source: address of the engine's changelog.
+        measured: versions that were run, the oldest first.
+        unsupported: reasons why versions could not be installed, by version.
+        histories: history of each scene with each settings.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
     """
 
     engine: str
     source: str
     measured: tuple[str, ...]
     unsupported: Mapping[str, str]
-    histories: tuple[History, ...]
+    histories: tuple[RunHistory, ...]
     distrust: str = ""
 
-    def changes_at(self, version: str) -> tuple[tuple[History, Change], ...]:
-        """Changes that a release brought."""
+    def changes_at(self, version: str) -> tuple[tuple[RunHistory, ReleaseChange], ...]:
+        """Return the changes that a release brought, each with its history."""
         return tuple((one, change) for one in self.histories if (change := one.change_at(version)) is not None)
 
 
 LINKAGE_STEPS, CONTACT_STEPS, REVOLUTIONS = 1000, 8000, 2.0  # steps per revolution
-Runs = Mapping[str, Measurement]
+MeasurementsByKey = Mapping[str, Measurement]
 
 
-def plan_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[str, str], VersionCase]:
-    """All that is run in each release of an engine, by scene and by name of the settings; cases of no release yet.
+def release_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[str, str], VersionCase]:
+    """Return the cases that are run in each release, by scene and settings name; their version is empty.
 
     Raises:
         InvalidInput: the engine has no list of its releases.
@@ -114,20 +117,25 @@ def versions_study(
     engine: Engine[Any],
     versions: Sequence[str],
     cases: Mapping[tuple[str, str], VersionCase],
-    perform: Callable[[str, Sequence[VersionCase]], Runs],
+    perform: Callable[[str, Sequence[VersionCase]], MeasurementsByKey],
 ) -> VersionStudy:
-    """Findings on releases of an engine, the oldest first; a release that cannot be had is unsupported, others go on.
+    """Run all cases in each release of an engine, and return the changes between releases.
+
+    A release that cannot be installed is reported as unsupported, and the others are run.
 
     Args:
-        perform: given what is to be installed and the cases of a release, its measurements by key; InvalidInput where
-            it cannot be had.
+        engine: the engine.
+        versions: releases to run, the oldest first.
+        cases: cases as `release_cases` returns them.
+        perform: runs cases in a release, given its requirement for pip, and returns measurements by key; raises
+            InvalidInput if the release cannot be installed.
 
     Raises:
-        InvalidInput: none of them can be had; says why of the last.
+        InvalidInput: no release can be installed; says why the last one cannot.
     """
     releases, runs, unsupported = (
         require_capability(engine, KnownReleases).releases,
-        dict[str, Runs](),
+        dict[str, MeasurementsByKey](),
         dict[str, str](),
     )
     guard = ReferenceGuard()
@@ -141,18 +149,20 @@ def versions_study(
             if len(unsupported) == len(versions):
                 raise InvalidInput(f"{engine.name} {version}: {error}") from None
     histories = tuple(
-        History(
+        RunHistory(
             scene=scene,
             settings=settings,
             steps_per_revolution=case.settings.steps_per_revolution,
-            changes=tuple(_changes(case, runs, releases.matching_entries)),
+            changes=tuple(_release_changes(case, runs, releases.matching_entries)),
         )
         for (scene, settings), case in cases.items()
     )
     return VersionStudy(engine.name, releases.source, tuple(runs), unsupported, histories, guard.distrust)
 
 
-def _changes(case: VersionCase, runs: Mapping[str, Runs], named: Callable[..., tuple[str, ...]]) -> Iterable[Change]:
+def _release_changes(
+    case: VersionCase, runs: Mapping[str, MeasurementsByKey], named: Callable[..., tuple[str, ...]]
+) -> Iterable[ReleaseChange]:
     for earlier, later in pairwise(runs):
         before, after = (runs[version][replace(case, version=version).key] for version in (earlier, later))
         change = change_between(before, after, case.settings.steps_per_revolution)
@@ -161,20 +171,20 @@ def _changes(case: VersionCase, runs: Mapping[str, Runs], named: Callable[..., t
             yield replace(change, version=later, before=earlier, explained=words)
 
 
-def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> Change | None:
-    """Changes from one run to the same in another release, None where nothing did, to the last bit."""
+def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> ReleaseChange | None:
+    """Return the change between the same run in two releases; None if it is the same to the last bit."""
     bits = [(one.payload or {}).get("bits", {}) for one in (before, after)]
     differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
     ended, errors = (before.outcome, after.outcome), (before.largest("position"), after.largest("position"))
     if not differ and ended[0] == ended[1]:
         return None
     if ended != (Outcome.COMPLETED.slug,) * 2:
-        return Change("", "", ended, errors, tuple(differ), {}, ended[0] == ended[1])
+        return ReleaseChange("", "", ended, errors, tuple(differ), {}, ended[0] == ended[1])
     assert after.signed is not None
     size = {
         q: max(float(np.abs(after.signed_errors(p, q) - before.signed_errors(p, q)).max()) for p in after.signed)
         for q in QUANTITIES
     }
     steps_a_radian = steps_per_revolution / (2.0 * math.pi)
-    small = all(size[q] <= LAST_DIGITS * steps_a_radian**k for k, q in enumerate(QUANTITIES))
-    return Change("", "", ended, errors, tuple(differ), size, small)
+    small = all(size[q] <= MAX_LAST_DIGITS_CHANGE * steps_a_radian**k for k, q in enumerate(QUANTITIES))
+    return ReleaseChange("", "", ended, errors, tuple(differ), size, small)

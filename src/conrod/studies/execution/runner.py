@@ -142,14 +142,14 @@ class Runner:
         Raises:
             InvalidInput: the release cannot be installed.
         """
-        from conrod.studies.releases import interpreter
+        from conrod.studies.releases import release_interpreter
 
         keys = {case.key for case in cases}
         kept = {} if self.runs.fresh else self.ledger.measurements(keys)
         if kept.keys() >= keys:
             return kept
         with self.runs.progress(f"runs of {requirement}", "completed") as watcher:
-            python = interpreter(cases[0].settings.engine, requirement, cases[0].version)
+            python = release_interpreter(cases[0].settings.engine, requirement, cases[0].version)
             with self.runs.processes(interpreter=python) as executor:
                 return run_cases(cases, self.ledger, executor, fresh=self.runs.fresh, watcher=watcher)
 

@@ -57,7 +57,7 @@ class ReferenceGuard:
 
     @property
     def distrust(self) -> str:
-        """Scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none."""
+        """Scenes and engines whose figures cannot be trusted, and why, in words; empty if all can."""
         return "; ".join(
             f"{name} in {' and '.join(self._engines[name])}: {misfit_words(found)}"
             for name, found in self._misfit.items()

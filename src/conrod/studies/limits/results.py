@@ -93,7 +93,7 @@ class LimitStudy:
         engines: versions by engine name.
         walks: walks of all axes, presets and engines; refused ones have a reason.
         lengths: length L of each observed point [m]; empty in reports of an earlier conrod.
-        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
     """
 
     name: str

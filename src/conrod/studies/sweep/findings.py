@@ -91,7 +91,7 @@ class SweepStudy:
         unsupported: reasons why engines cannot be swept, by engine name.
         machine: fingerprint of the machine on which the costs were measured.
         lengths: length L of each observed point [m]; empty in reports of an earlier conrod.
-        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if there are none.
+        distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
     """
 
     name: str

@@ -82,7 +82,7 @@ class Recommendation:
 
 @dataclass(frozen=True)
 class NoRecommendation:
-    """Answer of an engine in which no setting meets the tolerances.
+    """Answer that no setting of one engine meets the tolerances.
 
     Attributes:
         nearest: the candidate with the least excess.
