@@ -49,8 +49,8 @@ def columns() -> Iterator[Input]:
         kind, "a clock that is 5 ms late", _file(late), ASKED, r"likely cause.*(5 ms|0\.005 s|late|instant|offset)"
     )
     moving = saw_table("position", "velocity")
-    early = saw_table("position", "velocity", rows=360)
-    stamped = moving | {n: early[n][np.minimum(2 * np.arange(181) + 1, 360)] for n in moving if ".v" in n}
+    early = saw_table("position", "velocity", rows=360, turns=2.0)
+    stamped = moving | {n: early[n][2 * np.arange(181) + 1] for n in moving if ".v" in n}
     both = ASKED + ",velocity=1e-4"
     yield wrong(kind, "velocities of half a step later", _file(stamped), both, r"velocit.*(stamp|step|instant)")
     backwards = saw_table(scene=SCENE.with_parameters(speed=-SCENE.speed))
@@ -105,7 +105,12 @@ def sensors() -> Iterator[Input]:
     )
     stuck = table | {"M.x": np.where(np.arange(181) > 90, table["M.x"][90], table["M.x"])}
     yield wrong(
-        kind, "a sensor that sticks half way", _file(stuck), ASKED, r"M\.x.*(stick|stuck|constant|stands|dead)", (1,)
+        kind,
+        "a sensor that sticks half way",
+        _file(stuck),
+        ASKED,
+        r"M\.x.*(stick|stuck|frozen|constant|stands|dead)",
+        (1,),
     )
     zero = table | {"crank_angle": table["crank_angle"] + np.radians(3.0)}
     yield wrong(
@@ -118,9 +123,11 @@ def sensors() -> Iterator[Input]:
         turned |= _turned(table, point, np.radians(2.0))
     yield wrong(kind, "axes turned by 2 deg", _file(turned), ASKED, r"axes|frame|turned")
     full = table | {"C.x": np.clip(table["C.x"], -0.15, 0.1)}
-    yield wrong(kind, "a sensor out of its range", _file(full), ASKED, r"C\.x.*(range|clip|saturat|limit)", (1,))
+    yield wrong(
+        kind, "a sensor out of its range", _file(full), ASKED, r"C\.x.*(range|clip|cut off|saturat|limit)", (1,)
+    )
     out = table | {"M.y": table["M.y"] + np.where(np.arange(181) == 77, 0.05, 0.0)}
-    yield wrong(kind, "one row that is 50 mm off", _file(out), ASKED, r"row|outlier|one sample", (1,))
+    yield wrong(kind, "one row that is 50 mm off", _file(out), ASKED, r"1 of 181 rows .*M\.y by 50 mm|outlier", (1,))
     yield wrong(
         kind, "a gain 1 % too large", _file(_times(table, 1.01, "x", "y")), ASKED, r"1\.01|gain|scale|factor|size", (1,)
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from conrod.exact.motion import Array
 from conrod.own.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
 from conrod.own.tables.errors import ERRORS, TableComparison
 from conrod.own.tables.estimation import REVOLUTION, best_crank_shift, shift_crank
+from conrod.own.tables.sensors import SENSOR_FAULTS, outlier_hypotheses, sensor_hypotheses
 from conrod.own.tables.slides import Hypothesis, slide_hypotheses
 from conrod.own.tables.stuck import MIN_STUCK_ROWS, drop_stuck, replace_stuck, stuck_rows, stuck_words
 
@@ -57,31 +58,52 @@ class Cause:
     explains: Mapping[str, tuple[float, float]]
 
 
-def likely_causes(table: TableComparison, wrong: Sequence[str]) -> tuple[Cause, ...]:
+def likely_causes(
+    table: TableComparison, wrong: Sequence[str], allowed: Mapping[str, float] | None = None
+) -> tuple[Cause, ...]:
     """Find the causes that reproduce a table's errors, the most comprehensive first.
 
     Args:
         wrong: names of the errors that are to be explained.
+        allowed: tolerances, within which a fault of a sensor has to leave an error.
     """
+    limits = allowed or {}
+    # Single rows are looked for in all of them, and explain what they explain alone.
+    every = {name: size for name in wrong if (size := table.largest(name))}
+    if (single := _reproducing_causes(outlier_hypotheses(table), table, every, limits)) and _explain_all(single, every):
+        return single
     rows = table.thin_rows(MAX_CAUSE_ROWS)
     before = {name: size for name in wrong if (size := rows.largest(name))}
-    found, stuck = _reproducing_causes(rows, before), stuck_rows(rows)
+    found, stuck = _reproducing_causes(_hypotheses(rows, tuple(before)), rows, before, limits), stuck_rows(rows)
     if not stuck or (found and STUCK not in [cause.kind for cause in found]):
         return found
     # The other columns may have a further cause, which shows once the stuck ones are left out.
     rest = drop_stuck(rows, stuck)
     after = {name: rest.largest(name) or 0.0 for name in before} if len(rest.times) >= MIN_STUCK_ROWS else {}
-    others = _reproducing_causes(rest, {name: size for name, size in after.items() if size > MIN_NOTEWORTHY_ERROR})
+    left = {name: size for name, size in after.items() if size > MIN_NOTEWORTHY_ERROR}
+    others = _reproducing_causes(_hypotheses(rest, tuple(left)), rest, left, limits)
     explains = {name: (size, after.get(name, 0.0)) for name, size in before.items() if after.get(name, 0.0) < size}
     helps = any(left <= MAX_STUCK_REMAINING * size for size, left in explains.values())
     own = Cause(STUCK, stuck_words(rows, stuck), explains)
     return (own, *(cause for cause in others if cause.kind != STUCK)) if others or helps else ()
 
 
-def _reproducing_causes(rows: TableComparison, before: Mapping[str, float]) -> tuple[Cause, ...]:
-    """Find the causes that reproduce errors of given sizes, the most comprehensive first."""
+def _explain_all(causes: Sequence[Cause], errors: Collection[str]) -> bool:
+    """True if one of some causes explains every error."""
+    return any(set(errors) <= set(cause.explains) for cause in causes)
+
+
+def _reproducing_causes(
+    hypotheses: Iterable[Hypothesis], rows: TableComparison, before: Mapping[str, float], allowed: Mapping[str, float]
+) -> tuple[Cause, ...]:
+    """Find the causes that reproduce errors of given sizes, the most comprehensive first.
+
+    Args:
+        hypotheses: on the table, of which each is undone.
+        allowed: as of `likely_causes`.
+    """
     found: dict[str, Cause] = {}
-    for kind, text, undone, concerns in _hypotheses(rows, tuple(before)):
+    for kind, text, undone, concerns in hypotheses:
         explains = {}
         for name, size in before.items():
             try:
@@ -91,6 +113,7 @@ def _reproducing_causes(rows: TableComparison, before: Mapping[str, float]) -> t
             if (
                 after is not None
                 and after <= MAX_REMAINING_SHARE * min(size, 1.0)
+                and (kind not in SENSOR_FAULTS or after <= allowed.get(name, allowed.get(ERRORS[name], math.inf)))
                 and not _is_stillness(rows, undone, name, after)
             ):
                 explains[name] = (size, after)
@@ -101,7 +124,7 @@ def _reproducing_causes(rows: TableComparison, before: Mapping[str, float]) -> t
         ):
             found[kind] = cause
     ranked = sorted(found.values(), key=lambda cause: (-len(cause.explains), _remaining_share(cause)))
-    return tuple(cause for place, cause in enumerate(ranked) if not _is_beaten(cause, ranked[:place]))
+    return tuple(cause for cause in ranked if not _is_beaten(cause, [other for other in ranked if other is not cause]))
 
 
 def _is_stillness(table: TableComparison, undone: TableComparison, name: str, after: float) -> bool:
@@ -123,11 +146,17 @@ def _travel(table: TableComparison, name: str) -> float:
 
 
 def _is_beaten(cause: Cause, better: Sequence[Cause]) -> bool:
-    """True if other causes explain every error that this cause explains, and leave far less of each."""
-    return all(
-        any(name in b.explains and _remaining_share(b) < FAR_BETTER_FACTOR * _remaining_share(cause) for b in better)
-        for name in cause.explains
-    )
+    """True if other causes explain every error that this cause explains, and leave far less of each.
+
+    Another cause than a fault of sensors, which has unknowns in each column, need only leave not far more.
+    """
+
+    def beats(other: Cause) -> bool:
+        simpler = cause.kind in SENSOR_FAULTS and other.kind not in SENSOR_FAULTS
+        factor = 1.0 / FAR_BETTER_FACTOR if simpler else FAR_BETTER_FACTOR
+        return _remaining_share(other) < factor * _remaining_share(cause)
+
+    return all(any(name in other.explains and beats(other) for other in better) for name in cause.explains)
 
 
 def _remaining_share(cause: Cause) -> float:
@@ -153,6 +182,7 @@ def _hypotheses(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypo
         yield from _frame_slips(table)
     yield from _time_slips(table, wrong)
     yield from slide_hypotheses(table)
+    yield from sensor_hypotheses(table)
 
 
 def _unit_slips(table: TableComparison) -> Iterator[Hypothesis]:

@@ -142,7 +142,7 @@ def study_table(
         found = replace(found, notes=(*found.notes, CLOCK_NOTE))
     # None where all are within tolerance, otherwise all that are worth a note.
     wrong = [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > MIN_NOTEWORTHY_ERROR]
-    return found if found.passed else replace(found, causes=likely_causes(table, wrong))
+    return found if found.passed else replace(found, causes=likely_causes(table, wrong, allowed))
 
 
 def _check_pass(table: TableComparison) -> None:
