@@ -21,9 +21,10 @@ from conrod.exact.dynamics.inverse import CrankStates, joint_forces, sensitiviti
 from conrod.mechanism.mechanism import Body
 from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
-from conrod.studies.forces.measuring import LawOfForces, _explained, even_state, peaks_of, seen_in
+from conrod.studies.forces.force_errors import ExpectedForceErrors, constant_speed_states, force_peaks
+from conrod.studies.forces.mass_likeness import _drop_unexplained, visible_properties
 from conrod.studies.forces.results import ForceResult
-from conrod.studies.forces.study import ForcePlan, recorded_forces, validate_forces
+from conrod.studies.forces.study import ForcePlan, record_forces, validate_forces
 from conrod.studies.frame.resolve_arguments import select_scene
 
 JUDGED = (("mujoco", "hardened"), ("pymunk", "tuned"))
@@ -95,9 +96,9 @@ PRESET_OF = dict(JUDGED)
 
 
 @cache
-def variant_forces(name: str, number: int, engine: str) -> tuple[Scene, ForceResult, ForceTracks, LawOfForces]:
+def variant_forces(name: str, number: int, engine: str) -> tuple[Scene, ForceResult, ForceTracks, ExpectedForceErrors]:
     made = variant(scene_from_tables(name), number)[0]
-    result, tracks, law = recorded_forces(name, made, engine_named(engine), PRESET_OF[engine], FULL)
+    result, tracks, law = record_forces(name, made, engine_named(engine), PRESET_OF[engine], FULL)
     assert law is not None
     return made, result, tracks, law
 
@@ -110,15 +111,15 @@ def test_healthy_variants_have_the_forces_that_the_law_of_their_scheme_says(
 ) -> None:
     made, result, _, law = variant_forces(name, number, engine)
     found = validate_forces(name, made, engine_named(engine), PRESET_OF[engine], FULL)
-    assert found.passed, (found.out_of_tolerance(), found.mistaken())
+    assert found.passed, (found.out_of_tolerance(), found.apparent_wrong_masses())
     assert (found.tolerance, found.reason_of_tolerance) == (result.tolerance, result.reason_of_tolerance)
     for group, names in found.groups.items():
         error, allowed = found.judged_error(group) or 0.0, (found.tolerance or {})[group]
         bar = engine_named(engine).presets[PRESET_OF[engine]].forces[group]
-        assert allowed == max(bar, law.largest(names))
+        assert allowed == max(bar, law.largest_error(names))
         if error > 1e-8:
             # 1 % and 5 % is what the law leaves out.
-            assert law.largest(names) == pytest.approx(error, rel=0.07)
+            assert law.largest_error(names) == pytest.approx(error, rel=0.07)
 
 
 def test_forces_that_are_off_by_more_than_the_scheme_are_out_of_tolerance() -> None:
@@ -136,10 +137,10 @@ def test_forces_that_are_off_by_more_than_the_scheme_are_out_of_tolerance() -> N
 def test_wrong_masses_show_beside_errors_of_the_scheme() -> None:
     """Errors of the scheme alone looked like a follower that is too heavy by 2.6 changes."""
     geneva = scene_from_tables("geneva")
-    assert not validate_forces("geneva", geneva, engine_named("pymunk"), "tuned", FULL).mistaken()
+    assert not validate_forces("geneva", geneva, engine_named("pymunk"), "tuned", FULL).apparent_wrong_masses()
     inertia = geneva.mechanism().body("wheel").inertia
     found = validate_forces("geneva", geneva, defective("pymunk", "wheel", "inertia", 0.05 * inertia), "tuned", FULL)
-    assert found.mistaken()["wheel.inertia"] == pytest.approx(1.0, abs=0.2)
+    assert found.apparent_wrong_masses()["wheel.inertia"] == pytest.approx(1.0, abs=0.2)
 
 
 def test_forces_at_a_change_point_are_not_judged_where_the_law_is_undetermined() -> None:
@@ -195,63 +196,63 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
     # So many steps that an engine's own errors look like a tenth of a change at most.
     plan = ForcePlan({"mujoco": 125, "pymunk": 500}[engine], 1.0, refined=False)
     assert measured(name, engine, preset, plan).passed
-    scene, peaks = scene_from_tables(name), peaks_of(scene_from_tables(name))
-    seen = seen_in(scene, list(peaks), peaks)
-    for one in sensitivities(scene.kinematics, even_state(scene)):
+    scene, peaks = scene_from_tables(name), force_peaks(scene_from_tables(name))
+    seen = visible_properties(scene, list(peaks), peaks)
+    for one in sensitivities(scene.kinematics, constant_speed_states(scene)):
         body, quality, unseen = one.body, one.quality, (one.body, one.quality) not in seen
         # What nothing depends on may be wrong by much.
         wrong = defective(engine, body, quality, (20.0 if unseen else 1.0) * one.change)
         found = validate_forces(name, scene_from_tables(name), wrong, preset, plan)
         assert found.outcome == "completed"
-        assert bool(found.passed) == unseen, (body, quality, found.out_of_tolerance(), found.mistaken())
+        assert bool(found.passed) == unseen, (body, quality, found.out_of_tolerance(), found.apparent_wrong_masses())
         if not unseen:
             assert (found.likeness or {})[f"{body}.{quality}"] == pytest.approx(1.0, abs=0.2), (body, quality)
             # It alone explains the errors: other masses have a projection, and are not claimed.
-            assert list(found.mistaken()) == [f"{body}.{quality}"]
+            assert list(found.apparent_wrong_masses()) == [f"{body}.{quality}"]
 
 
 @pytest.mark.parametrize("name", ["six-bar", "crank-shaper", "saw-500rpm"])
 def test_an_engine_without_a_law_of_its_forces_has_no_wrong_mass_for_its_own_errors(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conrod.studies.forces.study._expected", lambda *_: None)
+    monkeypatch.setattr("conrod.studies.forces.study._expected_forces", lambda *_: None)
     scene, plan = scene_from_tables(name), ForcePlan(125, 1.0, refined=False)
     projected = dict[str, float]()
 
     def kept(times: dict[str, float], left: dict[str, float]) -> dict[str, float]:
         projected.update(times)
-        return _explained(times, left)
+        return _drop_unexplained(times, left)
 
-    monkeypatch.setattr("conrod.studies.forces.measuring._explained", kept)
+    monkeypatch.setattr("conrod.studies.forces.mass_likeness._drop_unexplained", kept)
     found = validate_forces(name, scene, engine_named("pymunk"), "tuned", plan)
     assert max(map(abs, projected.values())) > 0.7  # which was a claim
-    assert not found.mistaken()
+    assert not found.apparent_wrong_masses()
     # A mass that is wrong by far more than these errors is named all the same.
     body = scene.kinematics.mechanism.bodies[-1]
     wrong = defective("pymunk", body.name, "mass", 5.0 * body.mass)
-    assert f"{body.name}.mass" in validate_forces(name, scene, wrong, "tuned", plan).mistaken()
+    assert f"{body.name}.mass" in validate_forces(name, scene, wrong, "tuned", plan).apparent_wrong_masses()
 
 
 def test_a_wrong_mass_is_claimed_where_it_explains_and_others_do_not() -> None:
     times = {"rod.mass": 1.0, "crank.mass": 1.6, "slider.mass": 0.3, "pin.mass": np.nan}
     left = {"rod.mass": 0.001, "crank.mass": 0.8, "slider.mass": 0.9, "pin.mass": np.nan}
-    assert _explained(times, left) == {"rod.mass": 1.0, "slider.mass": 0.3}
-    assert _explained(times, left | {"rod.mass": 0.3}) == {"slider.mass": 0.3}
-    assert "crank.mass" not in _explained(times, left | {"crank.mass": 0.1})  # far worse than the rod's
-    assert "crank.mass" in _explained(times, left | {"crank.mass": 0.1, "rod.mass": 0.05})  # either may be
+    assert _drop_unexplained(times, left) == {"rod.mass": 1.0, "slider.mass": 0.3}
+    assert _drop_unexplained(times, left | {"rod.mass": 0.3}) == {"slider.mass": 0.3}
+    assert "crank.mass" not in _drop_unexplained(times, left | {"crank.mass": 0.1})  # far worse than the rod's
+    assert "crank.mass" in _drop_unexplained(times, left | {"crank.mass": 0.1, "rod.mass": 0.05})  # either may be
 
 
 @pytest.mark.parametrize("quality", ["mass", "centre_of_gravity.x"])
 @pytest.mark.slow
 def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -> None:
     scene = scene_from_tables("cam-follower")
-    found_by = sensitivities(scene.kinematics, even_state(scene))
+    found_by = sensitivities(scene.kinematics, constant_speed_states(scene))
     change = next(one.change for one in found_by if (one.body, one.quality) == ("follower", quality))
     plan = ForcePlan(31416, 1.0, refined=False)
     assert measured("cam-follower", "pymunk", "tuned", plan).passed
     # With few steps the scatter says nothing of masses, and nothing is said of them.
     few = measured("cam-follower", "pymunk", "tuned", ForcePlan(7854, 1.0, refined=False))
-    assert not few.mistaken()
+    assert not few.apparent_wrong_masses()
     assert "follower.mass" not in (few.likeness or {})
     wrong = defective("pymunk", "follower", quality, change)
     found = validate_forces("cam-follower", scene_from_tables("cam-follower"), wrong, "tuned", plan)

@@ -18,9 +18,10 @@ from conrod.runs.run_errors import RunErrors
 from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS_DEFECT, MOTION_DEFECTS, Defect, DefectFunction, Recording
-from conrod.studies.forces.measuring import LawOfForces, Measured, Peaks, likenesses, peaks_of, seen_in
+from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, force_peaks
+from conrod.studies.forces.mass_likeness import mass_likenesses, visible_properties
 from conrod.studies.forces.results import ForceResult
-from conrod.studies.forces.study import ForcePlan, recorded_forces
+from conrod.studies.forces.study import ForcePlan, record_forces
 from conrod.studies.frame.case import Study
 from conrod.studies.frame.result import EngineCase, Result, case_results
 from conrod.studies.validation.plan import Plan, empty_result, prepare_run
@@ -60,7 +61,9 @@ def motion_judge(
     return judge_recording
 
 
-def force_judge(result: ForceResult, tracks: ForceTracks, law: LawOfForces | None, peaks: Peaks, step: float) -> Judge:
+def force_judge(
+    result: ForceResult, tracks: ForceTracks, law: ExpectedForceErrors | None, peaks: Peaks, step: float
+) -> Judge:
     """Return the judge of `conrod forces`, which compares recorded forces with exact forces.
 
     Args:
@@ -71,8 +74,8 @@ def force_judge(result: ForceResult, tracks: ForceTracks, law: LawOfForces | Non
     """
 
     def judge_recording(given: Recording) -> ForceResult:
-        measured = Measured(given.reference, tracks, peaks, step)
-        likeness = likenesses(given.reference, measured, result.names, law)
+        measured = ForceComparison(given.reference, tracks, peaks, step)
+        likeness = mass_likenesses(given.reference, measured, result.names, law)
         return replace(result, errors=measured.errors(result.names), likeness=likeness).with_verdict()
 
     return judge_recording
@@ -186,16 +189,16 @@ class QualificationCase(EngineCase[ValidationResult]):
         if not isinstance(self.loaded_engine, ForceReport):
             return ()
         plan = ForcePlan(self.plan.steps_per_revolution, self.plan.revolutions, refined=False)
-        result, tracks, law = recorded_forces(self.name, self.scene, self.loaded_engine, str(self.preset), plan)
+        result, tracks, law = record_forces(self.name, self.scene, self.loaded_engine, str(self.preset), plan)
         if not result.completed or not result.limits:
             return ()
-        peaks = peaks_of(self.scene)
+        peaks = force_peaks(self.scene)
         judge = force_judge(result, tracks, law, peaks, self.scene.period / result.steps_per_revolution)
         if judge(given).passed is not True:
             return ()
         # A mass that no force depends on at constant speed shows by the drive's ripple at most.
         names = [name for name in result.names if name not in (result.unsupported or {})]
-        seen = {body for body, quality in seen_in(self.scene, names, peaks) if quality == MASS_DEFECT.name}
+        seen = {body for body, quality in visible_properties(self.scene, names, peaks) if quality == MASS_DEFECT.name}
         unseen = {body.name for body in self.scene.mechanism().bodies} - seen
         found = examine_defect(MASS_DEFECT, given, judge, unseen)
         return () if found is None else (found,)

@@ -1,1 +1,1 @@
-"""Drive torque, joint reactions and contact force of engines against the exact ones."""
+"""Validation of the drive torque, joint reactions and contact force that engines report."""

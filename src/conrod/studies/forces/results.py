@@ -1,4 +1,4 @@
-"""Findings of a validation of forces: plain, frozen data."""
+"""Results of a validation of forces, as frozen data."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from conrod.exact.dynamics.inverse import TORQUE
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults, misfit_words
 
 GROUPS = ("torque", "reactions", "contact")
-# Of a change that is to be seen: errors that look like half of it look like it.
-LOOKS_LIKE = 0.5
+# Errors that look like half of a change that is to be seen look like a wrong mass.
+MIN_LIKENESS = 0.5
 
 
 def is_moment(name: str) -> bool:
-    """True if a quantity is in N m."""
+    """True if a quantity is a torque or moment [N m], False if it is a force [N]."""
     return name == TORQUE or name.endswith(".moment")
 
 
 @dataclass(frozen=True)
 class ForceErrors:
-    """Of one quantity, over the run, against `peak`.
+    """Errors of a quantity over a run, divided by a peak.
 
     Attributes:
-        between: of machines with a cam, rms of means of 16 steps where no arc joint is near; None of others.
-        peak: what the errors are divided by [N] or [N m].
-        own_peak: whether that is the quantity's own exact peak; where it has none it is the largest of its unit.
+        between: in machines with a cam, rms of means over 16 steps away from arc joints; None in others.
+        peak: the peak that errors are divided by [N] or [N m].
+        own_peak: whether that is the exact peak of the quantity; if the quantity is zero, it is the largest peak of
+            the same unit.
     """
 
     max: float
@@ -40,7 +41,7 @@ class ForceErrors:
 
 @dataclass(frozen=True)
 class ForcePoint:
-    """One run of a refinement path: by quantity the error that is judged; none unless completed."""
+    """A run of a refinement path: the judged error by quantity; empty unless it completed."""
 
     steps_per_revolution: int
     outcome: str
@@ -49,15 +50,15 @@ class ForcePoint:
 
 @dataclass(frozen=True, kw_only=True)
 class ForceResult(Result):
-    """Errors of forces, by quantity.
+    """Errors of the forces that an engine reports in a scene, by quantity.
 
     Attributes:
-        groups: those asked for that the machine has, by the names of their quantities.
-        unsupported: by quantity, why the engine does not report it.
-        order: by group and by quantity.
-        misfit: of the exact motion and its joints' equations, as of a validation's result.
-        tolerance, reason_of_tolerance: by group, what is allowed, and why.
-        likeness: by "body.property", how many times the change that is to be seen the errors look like.
+        groups: names of the quantities of each requested group that the machine has.
+        unsupported: reasons why the engine does not report a quantity.
+        order: observed order by group and by quantity.
+        misfit: misfit of the exact motion in the joint equations, as in `ValidationResult`.
+        tolerance, reason_of_tolerance: allowed error by group, and its reason.
+        likeness: by "body.property", how many changes that are to be seen the errors look like.
     """
 
     preset: str
@@ -76,7 +77,7 @@ class ForceResult(Result):
 
     @property
     def names(self) -> list[str]:
-        """All quantities that were asked for."""
+        """Names of all requested quantities that the machine has."""
         return [name for names in self.groups.values() for name in names]
 
     @property
@@ -88,26 +89,26 @@ class ForceResult(Result):
         return self.tolerance or {}
 
     def faults(self) -> list[str]:
-        likely = sorted(self.mistaken().items(), key=lambda pair: -abs(pair[1]))
+        likely = sorted(self.apparent_wrong_masses().items(), key=lambda pair: -abs(pair[1]))
         looks = ", ".join(
             f"{name.replace('_', ' ').replace('.', ' ')} by {times:+.2g} changes" for name, times in likely
         )
         return [f"looks like a wrong mass: {looks}"] if looks else []
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
-        """Largest error of a group; None where nothing of it is reported. `measure`: max, rms or between."""
+        """Largest error of a group by a measure (max, rms, between); None if nothing is reported."""
         found = [self.errors[name] for name in self.groups.get(quantity, ()) if self.errors and name in self.errors]
         sizes = [size for one in found if (size := getattr(one, measure)) is not None]
-        # `max` would pass over what is no number.
+        # NumPy's max, since Python's would skip a NaN.
         return float(np.max(sizes)) if sizes else None
 
     def judged_error(self, name: str) -> float | None:
-        """The error that is compared with a tolerance: of contact rms between the cam's arc joints, else the max."""
+        """Error that is compared with a tolerance: the max, or for contact rms between arc joints."""
         between = self.largest(name, "between") if name == "contact" else None
         return self.largest(name, "rms" if name == "contact" else "max") if between is None else between
 
     def out_of_tolerance(self) -> dict[str, tuple[float | None, float]]:
-        # What an engine does not report is no error of its own.
+        # A group of which the engine reports nothing is not judged.
         unreported = self.unsupported or {}
         return {
             g: pair
@@ -115,9 +116,9 @@ class ForceResult(Result):
             if not unreported.keys() >= set(self.groups.get(g, ()))
         }
 
-    def mistaken(self) -> dict[str, float]:
-        """Wrong masses that the errors look like, by "body.property", in changes that are to be seen."""
-        return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= LOOKS_LIKE}
+    def apparent_wrong_masses(self) -> dict[str, float]:
+        """Return the likeness of each wrong mass that the errors look like, by "body.property"."""
+        return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= MIN_LIKENESS}
 
     def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
         allowed = {group: value for group, value in asked.items() if group in self.groups}
