@@ -48,6 +48,14 @@ def reds(axes: Axes) -> list[Line2D]:
     return [line for line in axes.lines if line.get_color() == UNDETECTED_COLOUR]
 
 
+def test_page_of_an_axis_with_two_values_has_no_figure(tmp_path: Path) -> None:
+    whole = of_axis("steps")
+    study = replace(whole, walks=tuple(replace(walk, probes=walk.probes[:2]) for walk in whole.walks))
+    page = rendered(study, tmp_path).files[f"{study.name}.md"]
+    assert "![" not in page
+    assert "![" in rendered(whole, tmp_path).files[f"{whole.name}.md"]
+
+
 def test_every_run_is_drawn_each_way_of_failing_has_its_mark_and_undetected_ones_stand_out() -> None:
     told = of_axis("steps").walks
     walks = [replace(walk, probes=tuple(replace(probe, torque=None) for probe in walk.probes)) for walk in told]

@@ -21,12 +21,21 @@ from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import build, compile_mjcf
 from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
+from conrod.report.findings import Findings
+from conrod.report.versions import KIND
 from conrod.scenes import SCENES, scene_named
 from conrod.studies import releases
 from conrod.studies.execution.runner import Runner
 from conrod.studies.frame.case import QUANTITIES, Measurement
 from conrod.studies.releases import VersionCase, interpreter_path, release_interpreter
-from conrod.studies.versions import LINKAGE_STEPS, VersionStudy, change_between, release_cases, versions_study
+from conrod.studies.versions import (
+    LINKAGE_STEPS,
+    RunHistory,
+    VersionStudy,
+    change_between,
+    release_cases,
+    versions_study,
+)
 
 SAW: Any = SCENES["saw-40rpm"]
 MUJOCO: Any = engine_named("mujoco")
@@ -222,3 +231,10 @@ def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch:
     assert all(one.changes[0].explained for one in (tuned, hardened))
     before, after = tuned.changes[0].errors
     assert before > 100.0 * after
+
+
+def test_report_of_a_single_release_is_written(tmp_path: Path) -> None:
+    history = RunHistory("saw-500rpm", "tuned", 100, ())
+    study = VersionStudy("mujoco", "address", (MUJOCO.version,), {}, (history,))
+    page = Findings(KIND, {"mujoco": study}).write(tmp_path / "report")
+    assert "No release changed a bit." in page.read_text(encoding="utf-8")

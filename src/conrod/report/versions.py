@@ -99,7 +99,7 @@ def releases_figure(study: VersionStudy) -> matplotlib.figure.Figure:
     for row, one in enumerate(rows):
         for column, version in enumerate(versions):
             axes.add_patch(Rectangle((column, row), 0.94, 0.94, color=colour_of(one.change_at(version)), linewidth=0))
-    axes.set(xlim=(0, len(versions)), ylim=(len(rows), 0))
+    axes.set(xlim=(0, max(len(versions), 1)), ylim=(len(rows), 0))
     axes.set_xticks([k + 0.5 for k in range(len(versions))], list(versions), rotation=90, fontsize=7.5)
     axes.set_yticks([k + 0.5 for k in range(len(rows))], [f"{one.scene}, {one.settings}" for one in rows], fontsize=7.5)
     axes.grid(False)
