@@ -1,4 +1,4 @@
-"""Study of a model's ingredients: the compared models, their runs and timings, and the findings."""
+"""Study of a model's ingredients: the compared models, their runs, timings and findings."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ COST_VERSION = 1  # increased when the saved values of a timing change in meanin
 
 @dataclass(frozen=True)
 class CostCase(RunCase):
-    """Paired timing: cost of a revolution over its cost with other settings, see `PairedTiming`.
+    """Timing of a revolution with two settings, as the ratio of costs; see `PairedTiming`.
 
     Attributes:
         against: settings to compare with.
@@ -202,7 +202,7 @@ class AblationCases:
         )
 
     def cost_cases(self, variants: Sequence[Variant], runs: Results) -> list[CostCase]:
-        """Return the timings of all models that completed, over the minimal model and over the full model.
+        """Return the timings of completed models over the minimal and the full model.
 
         The minimal model is also timed over itself, as a control.
         """
@@ -220,6 +220,7 @@ class AblationCases:
         return {(one.role, one.ingredient): self._result(one, variants[0], runs, costs) for one in variants}
 
     def _result(self, variant: Variant, minimal: Variant, runs: Results, costs: Results) -> VariantResult:
+        """Return the result of one model."""
         run, other = (runs[self.run_case(settings).key] for settings in (variant.settings, variant.against))
         in_full = self.cost_case(variant, variant.against).key if variant.role is Role.REMOVED_FROM_FULL else ""
         return VariantResult(
@@ -236,7 +237,7 @@ class AblationCases:
 
 
 def motion_change(run: Measurement, other: Measurement) -> dict[str, float] | None:
-    """Largest difference of two motions by quantity, normalised; None unless both runs completed.
+    """Largest normalised difference of two motions by quantity; None unless both completed.
 
     The signed errors of both at the same crank angles are subtracted, not the motions: if samples lie at other
     instants, an error is interpolated, which costs only a small share of the error.

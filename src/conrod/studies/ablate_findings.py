@@ -179,7 +179,7 @@ JUDGED_ERRORS = ("position", "velocity", "acceleration", "total")
 
 
 def reference_errors(minimal: VariantResult) -> dict[str, float]:
-    """Return the errors of the minimal model, at least MAX_NO_CHANGE, that other models are compared with."""
+    """Return errors to compare others with: the minimal model's, at least MAX_NO_CHANGE."""
     own = minimal.errors or {}
     return {q: max(own.get(q, 0.0), MAX_NO_CHANGE) for q in JUDGED_ERRORS}
 
@@ -194,7 +194,7 @@ def evidence_of(model: VariantResult, base: VariantResult, level: Mapping[str, f
 
 
 def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> tuple[Effect, str]:
-    """Return the effect of an ingredient on the motion, and the quantity or outcome that shows it."""
+    """Return the effect of an ingredient on the motion, with what shows it."""
     for run in (without, with_it):
         if run.outcome == Outcome.UNSUPPORTED.slug:
             return Effect.UNDECIDED, run.reason
@@ -217,7 +217,7 @@ def _wrong_quantity(run: VariantResult, level: Mapping[str, float]) -> str:
 
 
 def _worsened_quantity(without: VariantResult, with_it: VariantResult, level: Mapping[str, float]) -> str:
-    """First quantity that an ingredient makes worse, to no better than minimal; empty if none."""
+    """First quantity whose error an ingredient enlarges above minimal's; empty if none."""
     before, after = without.errors or {}, with_it.errors or {}
     for q in JUDGED_ERRORS:
         if after[q] >= level[q] and after[q] > MAX_EQUAL_ERROR_RATIO * max(before[q], MAX_NO_CHANGE):
@@ -231,7 +231,7 @@ def costs_time(cost: PairedTiming | None) -> bool:
 
 
 def ingredient_verdict(evidence: Sequence[Evidence]) -> tuple[IngredientVerdict, str]:
-    """Return the verdict on an ingredient from all evidence, with its reason; harm outweighs the rest."""
+    """Return the verdict on an ingredient with its reason; harm outweighs all other evidence."""
     for effect, found in ((Effect.WORSE, IngredientVerdict.HARMFUL), (Effect.REQUIRED, IngredientVerdict.REQUIRED)):
         seen = [one for one in evidence if one.effect is effect]
         if seen:
@@ -248,6 +248,6 @@ def ingredient_verdict(evidence: Sequence[Evidence]) -> tuple[IngredientVerdict,
 
 
 def _effect_words(one: Evidence, evidence: Sequence[Evidence]) -> str:
-    """Reason of evidence in words, with `IN_FULL_MODEL` if only the full model shows the effect."""
+    """Reason of evidence in words, with `IN_FULL_MODEL` if only the full model shows it."""
     alone = any(not other.full for other in evidence)
     return ", ".join(text for text in (one.because, IN_FULL_MODEL if one.full and alone else "") if text)

@@ -48,7 +48,7 @@ def install_requirements(folder: Path, requirements: Sequence[str]) -> None:
 
 
 def release_interpreter(engine: str, requirement: str, version: str) -> str:
-    """Return the interpreter's path in the environment of a release, which is created if missing.
+    """Return the interpreter of a release's environment, which is created if missing.
 
     Args:
         engine: name of the engine.

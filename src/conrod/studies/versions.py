@@ -1,4 +1,4 @@
-"""Measured changelog of an engine: the same runs in each of its releases, and their changes."""
+"""Measured changelog of an engine: the same runs in each release, and their changes."""
 
 from __future__ import annotations
 
@@ -93,12 +93,14 @@ class VersionStudy:
         return tuple((one, change) for one in self.histories if (change := one.change_at(version)) is not None)
 
 
-LINKAGE_STEPS, CONTACT_STEPS, REVOLUTIONS = 1000, 8000, 2.0  # steps per revolution
+LINKAGE_STEPS, CONTACT_STEPS, REVOLUTIONS = 1000, 8000, 2.0  # steps per revolution; revolutions
 MeasurementsByKey = Mapping[str, Measurement]
 
 
 def release_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[str, str], VersionCase]:
-    """Return the cases that are run in each release, by scene and settings name; their version is empty.
+    """Return the cases that each release runs, by scene and settings name.
+
+    Their version is empty, to be replaced by that of a release.
 
     Raises:
         InvalidInput: the engine has no list of its releases.
@@ -133,11 +135,8 @@ def versions_study(
     Raises:
         InvalidInput: no release can be installed; says why the last one cannot.
     """
-    releases, runs, unsupported = (
-        require_capability(engine, KnownReleases).releases,
-        dict[str, MeasurementsByKey](),
-        dict[str, str](),
-    )
+    releases = require_capability(engine, KnownReleases).releases
+    runs, unsupported = dict[str, MeasurementsByKey](), dict[str, str]()
     guard = ReferenceGuard()
     for version in versions:
         try:
@@ -161,18 +160,19 @@ def versions_study(
 
 
 def _release_changes(
-    case: VersionCase, runs: Mapping[str, MeasurementsByKey], named: Callable[..., tuple[str, ...]]
+    case: VersionCase, runs: Mapping[str, MeasurementsByKey], matching_entries: Callable[..., tuple[str, ...]]
 ) -> Iterable[ReleaseChange]:
+    """Yield the changes of a case between releases, with entries that may explain them."""
     for earlier, later in pairwise(runs):
         before, after = (runs[version][replace(case, version=version).key] for version in (earlier, later))
         change = change_between(before, after, case.settings.steps_per_revolution)
         if change is not None:
-            words = named(later, case.scene, case.settings, change.last_digits)
+            words = matching_entries(later, case.scene, case.settings, change.last_digits)
             yield replace(change, version=later, before=earlier, explained=words)
 
 
 def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> ReleaseChange | None:
-    """Return the change between the same run in two releases; None if it is the same to the last bit."""
+    """Return the change of a run between two releases; None if equal to the last bit."""
     bits = [(one.payload or {}).get("bits", {}) for one in (before, after)]
     differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
     ended, errors = (before.outcome, after.outcome), (before.largest("position"), after.largest("position"))

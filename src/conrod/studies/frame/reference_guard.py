@@ -44,7 +44,7 @@ class ReferenceGuard:
                 self._engines.setdefault(case.name, {})[engine] = None
 
     def watch(self, study: Study[Found]) -> Study[Found]:
-        """Pursue a study, and check the results of all its cases on their way."""
+        """Run a study, and check the results of all cases that it asks for."""
         results: Results | None = None
         while True:
             try:
@@ -64,9 +64,9 @@ class ReferenceGuard:
         )
 
     def _reference_contradictions(self, case: RunCase) -> dict[str, Misfit]:
-        """Contradictions of a scene's exact motion with its joint equations; computed once for each scene name.
+        """Contradictions of a scene's exact motion with its joint equations, by quantity.
 
-        Of a scene that a study varies the first variant is taken: to solve hundreds takes minutes, and each new run is
+        Computed once for each scene name, from the first variant: solving hundreds takes minutes, and each new run is
         checked by itself.
         """
         if case.name not in self._references:

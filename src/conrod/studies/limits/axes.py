@@ -1,4 +1,4 @@
-"""Table of the axes along which engines are driven to their limits, from a safe value to a failing one.
+"""Table of the axes along which engines are driven to their limits.
 
 A new axis is a new row of `AXIS_TABLE`.
 """
@@ -33,13 +33,13 @@ MAX_ORDERS = 24
 # -- functions of the table ------------------------------------------------------------------------------------------
 
 
-def _count_text_of(noun: str) -> Callable[[Setup, float], str]:
+def _count_formatter(noun: str) -> Callable[[Setup, float], str]:
     """Return a function that writes a whole number with its noun: 1 iteration, 2 iterations."""
     return lambda setup, value: f"{round(value)} {noun}{'' if value == 1.0 else 's'}"
 
 
-def _case_at_own_iterations(setup: Setup, ratio: float) -> LimitCase:
-    """Return the run with a mass ratio, with the iterations that the preset has for the unchanged machine."""
+def _case_at_fixed_iterations(setup: Setup, ratio: float) -> LimitCase:
+    """Return the run with a mass ratio, at the iterations of the unchanged machine."""
     case = setup.case_of_variant(machines.with_mass_ratio(setup, ratio))
     return replace(case, settings=with_fields(case.settings, iterations=_iterations(setup.settings())))
 
@@ -49,8 +49,8 @@ def _iterations(settings: Settings) -> int:
     return int(settings.as_dict()["iterations"])
 
 
-def _own_iterations_refusal(setup: Setup) -> str | None:
-    """Return why own iterations are no axis of their own, None if they are."""
+def _fixed_iterations_refusal(setup: Setup) -> str | None:
+    """Return why a mass ratio at fixed iterations is no separate axis, None if it is one."""
     if reason := machines.mass_ratio_refusal(setup) or setup.variation_refusal():
         return reason
     counts = {_iterations(setup.settings(machines.with_mass_ratio(setup, ratio))) for ratio in (1.0, 1e3)}
@@ -69,7 +69,7 @@ def _steps_at_speed(rpm: float) -> int:
 
 
 def _nearest_speed(rpm: float) -> float:
-    """Return the nearest speed [rpm] with a whole number of steps per revolution: 100000 rpm over 2, 3, 4 .."""
+    """Return the nearest speed [rpm] with whole steps per revolution: 100000 / 2, / 3 .."""
     return STEPS_AT_ONE_RPM / _steps_at_speed(rpm)
 
 
@@ -84,7 +84,7 @@ def _case_at_speed(setup: Setup, rpm: float) -> LimitCase:
 
 
 def _case_near_change_point(setup: Setup, nearness: float) -> LimitCase:
-    """Return the run with one length at a share of its limit, with more steps than on other axes."""
+    """Return the run with one length at a share of its limit, at more steps than elsewhere."""
     scene = machines.with_change_point_nearness(setup, nearness)
     return setup.case_of_variant(scene, setup.steps_per_revolution or NEARNESS_AXIS_STEPS)
 
@@ -101,7 +101,7 @@ def _case_with_time_constant(setup: Setup, steps: float) -> LimitCase:
 
 
 def _time_constant_ends(setup: Setup) -> Spans:
-    """Return two walks from the preset's own time constant: up to a revolution, and down to less than a step.
+    """Return walks from the preset's time constant up to a revolution and down below a step.
 
     Either end may fail: hard constraints may be stabilised slowly, soft ones have to be stabilised fast.
     """
@@ -112,7 +112,7 @@ def _time_constant_ends(setup: Setup) -> Spans:
 
 
 def _case_with_regularisation(setup: Setup, share: float) -> LimitCase:
-    """Return the run with a share of the engine's regularisation; of a contact with 1 - impedance.
+    """Return the run with a share of regularisation, or with 1 - impedance of a contact.
 
     Raises:
         InvalidInput: the engine cannot have this impedance.
@@ -151,7 +151,7 @@ def _declaration_text(setup: Setup, number: float) -> str:
 
 
 def _one_pass_refusal(rest: str) -> Callable[[Setup], str | None]:
-    """Return a function that says why an input of one pass lacks an axis, None if it turns fully."""
+    """Return a function that says why an input of one pass lacks an axis."""
     return lambda setup: (
         f"the input of {setup.scene.kind} makes one pass {rest}" if setup.mechanism.driver.span else None
     )
@@ -181,8 +181,8 @@ AXIS_TABLE = (
     ),
     Axis(
         "mass-ratio-at-iterations", "Mass ratio at the iterations of the machine as it is", "mass of slider : rod",
-        Scale.LOG, _case_at_own_iterations, 1.0, 1e6, (1e-6, 1e6),
-        _own_iterations_refusal, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+        Scale.LOG, _case_at_fixed_iterations, 1.0, 1e6, (1e-6, 1e6),
+        _fixed_iterations_refusal, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
         "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
@@ -205,11 +205,11 @@ AXIS_TABLE = (
     Axis(
         "iterations", "Solver iterations", "iterations allowed in a step", Scale.COUNT,
         lambda setup, value: setup.case_with(with_fields(setup.settings(), iterations=round(value))),
-        1000.0, 1.0, (1.0, 1e5), Setup.variation_refusal, text=_count_text_of("iteration"),
+        1000.0, 1.0, (1.0, 1e5), Setup.variation_refusal, text=_count_formatter("iteration"),
     ),
     Axis(
         "run-length", "Length of the run", "revolutions", Scale.COUNT, _case_of_length,
-        1.0, 1000.0, (1.0, 1e6), _one_pass_refusal("and no more"), text=_count_text_of("revolution"),
+        1.0, 1000.0, (1.0, 1e6), _one_pass_refusal("and no more"), text=_count_formatter("revolution"),
     ),
     Axis(
         "length-unit", "Unit of length", "numbers of all lengths over those in metres", Scale.LOG,

@@ -1,4 +1,4 @@
-"""An axis along which an engine is driven to its limits: its scale, its ends, and the run at a value."""
+"""Axis along which an engine is driven to its limits: scale, ends, and run at a value."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class Axis:
         return EXPONENT.sub(r"e\1\2", self.text(setup, value))
 
     def midpoint(self, good: float, bad: float) -> float | None:
-        """Return the value midway between two, None if they are within 2 % or have none between them."""
+        """Return the value midway between two, None if they are within 2 % or adjacent."""
         begin, end = scale_coordinate(self.scale, good), scale_coordinate(self.scale, bad)
         middle = self.nearest(_value_at_coordinate(self.scale, 0.5 * (begin + end)))
         return None if abs(end - begin) <= math.log1p(BOUNDARY_WIDTH) or middle in (good, bad) else middle

@@ -75,7 +75,7 @@ class LimitCase(RunCase):
 
     @cached_property
     def machine(self) -> Scene | ReorderedMachine:
-        """The machine that is run and compared, with its bodies and joints in the order of the case."""
+        """The machine that is run, with bodies and joints in the order of the case."""
         return (
             self.scene
             if self.declared_mechanism is None
@@ -85,7 +85,7 @@ class LimitCase(RunCase):
 
 @dataclass(frozen=True)
 class Setup:
-    """A scene in an engine with a preset, for which an axis is walked.
+    """A scene in an engine with a preset, which is driven to its limits along axes.
 
     Attributes:
         name: name of the scene, for people.
@@ -115,7 +115,7 @@ class Setup:
 
     @property
     def min_steps(self) -> int:
-        """Fewest steps per revolution: 2, or the fewest that give one pass enough samples for accelerations."""
+        """Fewest steps per revolution of a run that is long enough to have accelerations."""
         span = self.mechanism.driver.span
         return 2 if span is None else math.ceil(MIN_PASS_STEPS * 2.0 * math.pi / (span[1] - span[0]))
 
@@ -131,7 +131,7 @@ class Setup:
 
     @property
     def variations(self) -> SettingsVariations:
-        """The engine's variations of settings; raises InvalidInput without them, see `variation_refusal`."""
+        """The engine's variations of settings; raises InvalidInput if it has none."""
         return require_capability(self.loaded_engine, SettingsVariations)
 
     def variation_refusal(self) -> str | None:
@@ -140,12 +140,15 @@ class Setup:
         return found.reason if isinstance(found, MissingCapability) else None
 
     def settings(self, scene: Scene | None = None, steps: int | None = None) -> Settings:
-        """Return the preset's settings for this scene or a variant of it, at the usual steps or others."""
+        """Return the preset's settings for this scene or a variant, at the usual steps or others."""
         made: Settings = self.loaded_engine.presets[self.preset](scene or self.scene, steps or self.steps)
         return made
 
     def case_with(self, settings: Settings | None = None, **others: Any) -> LimitCase:
-        """Return a run of the scene with the preset's settings or others; `others` are fields of `LimitCase`."""
+        """Return a run of the scene with the preset's settings or others.
+
+        `others` are further fields of `LimitCase`.
+        """
         return LimitCase(self.name, self.scene, settings or self.settings(), **others)
 
     def case_of_variant(self, scene: Scene, steps: int | None = None) -> LimitCase:
@@ -153,7 +156,10 @@ class Setup:
         return LimitCase(self.name, scene, self.settings(scene, steps))
 
     def variant(self, **parameters: float) -> Scene:
-        """Return the scene with other parameter values [SI]; raises InvalidInput as its constructor does."""
+        """Return the scene with other parameter values [SI].
+
+        Raises InvalidInput as the scene's constructor does.
+        """
         return _cached_variant(self.scene.with_parameters(**parameters))
 
     def refusal(self) -> str | None:
@@ -163,5 +169,5 @@ class Setup:
 
 @lru_cache(MAX_CACHED_VARIANTS)
 def _cached_variant(scene: Scene) -> Scene:
-    """Return the first of equal scenes, whose tables are kept."""
+    """Return the cached scene that equals a scene, so that its tables are computed once."""
     return scene

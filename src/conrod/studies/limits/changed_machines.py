@@ -1,4 +1,4 @@
-"""Variants of a scene along an axis, or why it has none: masses, units, change points, declaration, cams."""
+"""Variants of a scene: masses, units, change points, order of declaration, cams."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def mass_ratio_refusal(setup: Setup) -> str | None:
 
 
 def driving_rod(scene: Scene) -> str | None:
-    """Return the link pinned to the output link that is neither crank nor ground; None if missing."""
+    """Return the link, not crank or ground, that is pinned to the output link, or None."""
     mechanism = scene.kinematics.mechanism
     link = next(observed.body for observed in mechanism.observed if observed.name == scene.output)
     pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute) and link in (joint.a, joint.b)]
@@ -67,7 +67,10 @@ UNITS_WITH_METRE = ("m", "N")  # a newton is one kilogram metre over a square se
 
 
 def rescaled_parameters(scene: Scene, factor: float) -> dict[str, float]:
-    """Return a scene's parameters in a unit of length `factor` times smaller, with the same kg and s."""
+    """Return a scene's parameters in a unit of length `factor` times smaller.
+
+    The units of mass and time stay kg and s.
+    """
     facts = scene.parameter_facts()
     return {name: value * factor ** length_power(facts[name].unit) for name, value in scene.parameters.items()}
 
@@ -113,14 +116,17 @@ def dead_centre_angles(scene: Scene) -> tuple[float, ...]:
 
 
 def order_numbers(setup: Setup, most: int) -> tuple[float, ...]:
-    """Return all numbers of orders of declaration, or `most` of them evenly spread, with the first and the last."""
+    """Return numbers of permutations of bodies and joints: all, or `most` evenly spread."""
     last = math.factorial(len(setup.mechanism.bodies)) * math.factorial(len(setup.mechanism.joints)) - 1
     count = min(most, last + 1)
     return tuple(dict.fromkeys(float(round(k * last / max(count - 1, 1))) for k in range(count)))
 
 
 def reordered_mechanism(setup: Setup, number: float) -> Mechanism:
-    """Return the mechanism with bodies and joints in the order of a number; 0 is the scene's own order."""
+    """Return the mechanism with bodies and joints in the permutation of a number.
+
+    Number 0 is the order of the scene.
+    """
     of_bodies, of_joints = divmod(round(number), math.factorial(len(setup.mechanism.joints)))
     bodies, joints = (
         numbered_permutation(setup.mechanism.bodies, of_bodies),
@@ -133,7 +139,10 @@ Element = TypeVar("Element")
 
 
 def numbered_permutation(elements: Sequence[Element], number: int) -> tuple[Element, ...]:
-    """Return the permutation of a number (factorial number system): 0 is the identity, the last the reversal."""
+    """Return the permutation of a number in the factorial number system.
+
+    Number 0 is the identity, and the last number the reversal.
+    """
     left, chosen = list(elements), []
     for size in range(len(elements), 0, -1):
         place, number = divmod(number, math.factorial(size - 1))
@@ -145,7 +154,7 @@ def numbered_permutation(elements: Sequence[Element], number: int) -> tuple[Elem
 
 MIN_FLANK_EXCESS = FLANK_RADIUS_ROUNDING / MM  # [mm]
 MAX_ONE_CIRCLE_EXCESS = MIN_FLANK_EXCESS * 1.001  # [mm]; up to here a cam is one circle, in spite of rounding
-PRELOAD = "preload"  # parameter: force on the follower / (its mass x its largest downward acceleration)
+PRELOAD = "preload"  # parameter: force on the follower / (its mass x largest downward acceleration at the speed)
 
 
 def flank_excess(setup: Setup) -> float:

@@ -24,7 +24,7 @@ RunFunction = Callable[[LimitCase], Measurement]  # makes one run; can be pickle
 
 @dataclass(frozen=True)
 class RepeatedCase(LimitCase):
-    """A run made four times, see `REPEATED_RUNS`; its measurement holds the fingerprint of each."""
+    """A run made four times (`REPEATED_RUNS`), whose measurement has all fingerprints."""
 
     def perform(self) -> Measurement:
         return run_repeatedly(self)
@@ -88,7 +88,7 @@ def run_repeatedly(case: RepeatedCase, task: RunFunction = stream_run) -> Measur
 
 
 def _case_of_other_machine(case: LimitCase) -> LimitCase:
-    """Case of another machine in the same engine, to find state that an engine keeps between runs."""
+    """Case of another machine in the same engine, to find state kept between runs."""
     scene: Scene = Saw() if not isinstance(case.scene, Saw) else ShearPress()
     # The engine's first preset can run every machine.
     preset = next(iter(engine_named(case.settings.engine).presets.values()))

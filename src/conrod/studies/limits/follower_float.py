@@ -1,4 +1,4 @@
-"""Measured onset of a follower's flights off its cam, for comparison with the theoretical float speed.
+"""Measured onset of a follower's flights off its cam, over the theoretical float speed.
 
 A flight is a gap above ten times the static penetration for a time that does not shrink with the step h. Every speed is
 run with steps h and h/2, and the polygon of the cam has facets in proportion to the steps, so that rebounds of the
@@ -75,7 +75,7 @@ class FollowerFloat:
 
     @property
     def onset(self) -> float | None:
-        """Measured onset over the float speed, the geometric mean of `held` and `flown`; None if not found."""
+        """Measured onset over the float speed: sqrt(held * flown); None if not found."""
         return None if self.held is None or self.flown is None else (self.held * self.flown) ** 0.5
 
 
@@ -98,7 +98,7 @@ def onset_search(setup: Setup) -> Study[FollowerFloat]:
 
 
 def _onset_bracket(probes: Sequence[OnsetProbe]) -> tuple[float | None, float | None]:
-    """Fastest speed below all flights, and slowest speed with a flight; None for each that is missing."""
+    """Fastest speed below all flights, and slowest speed with a flight; None if missing."""
     flown = min((probe.speed for probe in probes if probe.flies), default=None)
     below = [probe.speed for probe in probes if not probe.flies and (flown is None or probe.speed < flown)]
     return max(below, default=None), flown

@@ -31,7 +31,7 @@ def classify_grid(
     ask: Callable[[Sequence[Node]], Generator[Any, Any, Mapping[Node, NodeClass]]],
     stride: int = COARSE_STRIDE,
 ) -> Generator[Any, Any, dict[Node, NodeClass]]:
-    """Run nodes of a grid along the boundaries between classes, and return the class of each node that was run.
+    """Run a grid's nodes along the boundaries of classes, and return the class of each.
 
     Three rules select nodes, until none selects another:
 
@@ -58,7 +58,7 @@ def classify_grid(
 
 
 def class_numbers(shape: tuple[int, int], labels: Mapping[Node, Hashable]) -> ClassNumbers:
-    """Return the label numbers of a grid (I, J); UNKNOWN for nodes without a label."""
+    """Return a grid (I, J) of label numbers, UNKNOWN for nodes without a label."""
     numbers = {label: k for k, label in enumerate(dict.fromkeys(labels.values()))}
     grid = np.full(shape, UNKNOWN)
     for node, label in labels.items():
@@ -74,7 +74,7 @@ def nearest_known_nodes(known: ClassNumbers) -> NDArray[np.int_]:
 
 
 def _next_nodes(known: ClassNumbers, rows: Iterable[int], columns: Iterable[int]) -> list[Node]:
-    """Nodes to run next: by rules 2 and 3 of `classify_grid` on the coarse lines, else by rule 2 on all lines."""
+    """Nodes to run next, by rules 2 and 3 of `classify_grid`, on all lines last."""
     some = {*_boundary_middles(known, rows, columns), *_boundary_corners(known)}
     return sorted(some or _boundary_middles(known, *map(range, known.shape)))
 
@@ -181,7 +181,10 @@ def map_class(level: str) -> str:
 
 
 def grid_values(setup: Setup, other: str, resolution: tuple[int, int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the values of the steps and of another axis; fewer steps if whole numbers do not suffice."""
+    """Return the values of the steps and of another axis, the columns and rows of a map.
+
+    There are fewer columns if there are not enough whole numbers.
+    """
     (columns, rows), (first, last) = resolution, MAPPED_AXES[other]
     steps = spaced_values(AXES["steps"].scale, float(setup.steps), setup.steps / STEPS_REDUCTION, columns)
     return steps, spaced_values(AXES[other].scale, float(setup.steps) if first is None else first, last, rows)
@@ -190,10 +193,10 @@ def grid_values(setup: Setup, other: str, resolution: tuple[int, int]) -> tuple[
 def map_search(
     setup: Setup, other: str, resolution: tuple[int, int] = MAP_RESOLUTION, stride: int = COARSE_STRIDE
 ) -> Study[LimitMap]:
-    """Map steps and another axis along the boundaries of safe, rough, wrong and failed; see `classify_grid`.
+    """Map steps and another axis along the boundaries of safe, rough, wrong and failed.
 
     Raises:
-        InvalidInput: the machine or the engine cannot be given with some values.
+        InvalidInput: machine or engine cannot have some of the values.
     """
     x, y = grid_values(setup, other, resolution)
     runs: dict[Node, MapRun] = {}

@@ -1,4 +1,4 @@
-"""Walks along an axis, with boundaries found by bisection, and the plan of all searches on a scene."""
+"""Walks along an axis with bisected boundaries, and the plan of all searches on a scene."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ CRITERIA = (Level.SAFE, Level.ROUGH, Level.WRONG, Level.BROKEN)
 
 
 def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Walk]:
-    """Walk an axis from a safe value to a failing one, and bisect its boundaries.
+    """Run values of an axis from a safe to a failing one, and bisect the boundaries.
 
     Raises:
-        InvalidInput: the machine cannot be given with a value of the range.
+        InvalidInput: the machine cannot have a value of the range.
     """
     probes: dict[float, Probe] = {}
     boundaries: tuple[Boundary, ...] = ()
@@ -71,7 +71,7 @@ def probe_of(axis: Axis, setup: Setup, value: float, measurement: Measurement) -
 
 
 def boundary_of(probes: Sequence[Probe], criterion: Level) -> Boundary:
-    """Return the boundary of a criterion from probes in order from the safe end to the failing end."""
+    """Return the boundary of a criterion from probes, the safe end first."""
     held = [LEVELS.index(probe.level) <= LEVELS.index(criterion.slug) for probe in probes]
     if all(held):
         return Boundary(criterion.slug, probes[-1].value, None, None, False, ())
@@ -88,7 +88,10 @@ Span = tuple[float, float] | None  # first and last value asked for; None for th
 
 
 def _walk_searches(axis: Axis, setup: Setup, asked: Span) -> list[Search]:
-    """Return the walks along an axis; raises InvalidInput if the machine cannot have an end."""
+    """Return the walks along an axis on a setup.
+
+    Raises InvalidInput if the machine cannot have an end of the range.
+    """
     spans = (asked,) if asked else axis.spans(setup)
     for end in (end for span in spans for end in span):
         axis.case(setup, end)
@@ -117,7 +120,7 @@ class LimitPlan:
     Attributes:
         empty: study without findings; its only walks are those refused by the scene or an engine.
         unfit: reasons why no engine and preset has an axis or pair that was asked for, by name.
-        searches: all searches, not begun.
+        searches: functions that begin the searches.
     """
 
     empty: LimitStudy
@@ -125,7 +128,7 @@ class LimitPlan:
     searches: tuple[Search, ...]
 
     def study(self, found: Iterable[Any], distrust: str = "") -> LimitStudy:
-        """Return the study of the findings of all searches, and of the guard's reasons to distrust them."""
+        """Collect the findings of all searches, with the reasons to distrust them, in a study."""
         every = [*found, *self.empty.walks]
         every.sort(key=lambda part: list(AXES).index(part.axis) if isinstance(part, Walk) else 0)
         parts: dict[str, Any] = {
@@ -147,7 +150,7 @@ def plan_limits(
         span: other ends of the one axis.
 
     Raises:
-        InvalidInput: the machine cannot be given with an end of the range.
+        InvalidInput: the machine cannot have an end of the range.
     """
     setups = [Setup(name, scene, e.name, p) for e in engines for p in e.presets if preset in (None, p)]
     unfit = {setup.preset: refusal for setup in setups if (refusal := setup.refusal()) is not None}

@@ -1,4 +1,4 @@
-"""Recorders of a run that arrives in pieces: fingerprint, exact drive torque, flights of a follower."""
+"""Recorders of a run in pieces: fingerprint, exact drive torque, flights of a follower."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Fingerprint:
 
 
 def recorded_series(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
-    """Yield names and series of a trajectory: poses and rates of the bodies, motion of the points."""
+    """Yield names and series: poses and rates of the bodies, motion of the points."""
     assert trajectory.bodies is not None
     states = trajectory.bodies.position
     yield "bodies position", states.poses
@@ -97,7 +97,10 @@ class ExactTorque:
         return self.peak <= NEGLIGIBLE_TORQUE * mass * (self._kinematics.travel * self._speed) ** 2
 
     def evaluate(self, angle: Array) -> Array:
-        """Return torques (T,) [N m] on the crank at crank angles (T,) [rad], positive in the sense of the angle."""
+        """Return torques (T,) [N m] on the crank at crank angles (T,) [rad].
+
+        A torque is positive in the sense of the crank angle.
+        """
         poses, first, second = self._kinematics.derivatives(angle, 2)
         rates = first * self._speed
         forces = inertia_forces(self._given, poses, rates, second * self._speed**2)
@@ -146,14 +149,17 @@ class FlightRecorder:
             self._split_flights()
 
     def longest_flight(self) -> Flight | None:
-        """Return the longest flight, the first of equal ones; one that has not ended ends at the last sample."""
+        """Return the longest flight, the first of equal ones; None without a flight.
+
+        A flight that has not ended is taken to end at the last sample.
+        """
         self._split_flights()
         if self._start is not None:
             self._end_flight(float(self._angle[-1]))
         return self._longest
 
     def _split_flights(self) -> None:
-        """Find starts and ends of flights in the waiting samples, by linear interpolation of the gap."""
+        """Find starts and ends of flights in waiting samples, by interpolation of the gap."""
         angle, gap = self._angle, self._gap
         if len(gap) == 0:
             return

@@ -1,4 +1,4 @@
-"""Records of a run at an engine's limits, its level from safe to unbounded, and whether a failure is undetected."""
+"""Records of a run at an engine's limits, its level, and whether a failure is undetected."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Extremes:
 
     @classmethod
     def from_measurement(cls, measurement: Measurement) -> Extremes:
-        """Return the records of a measured run; without samples if it ended before its first sample."""
+        """Return the records of a measured run; zero samples if it ended before the first."""
         nothing = cls(0, True, {}, None, None, (), "")
         return nothing if measurement.extremes is None else restore(cls, measurement.extremes)
 

@@ -67,7 +67,7 @@ class Boundary:
 
 @dataclass(frozen=True)
 class Walk:
-    """Walk along an axis with one preset of one engine on one scene.
+    """Runs along an axis, and their boundaries, with one preset of one engine on one scene.
 
     Attributes:
         refusal: why the axis was not walked; empty if it was.

@@ -1,4 +1,4 @@
-"""Run at an engine's limits: made in pieces, each compared at once, with records of how the run fails."""
+"""Run at an engine's limits: made and compared in pieces, with records of how it fails."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ MIN_COMPARED_SAMPLES = 2048  # short pieces wait until they have this many sampl
 
 
 class RunStatistics:
-    """Recorder of errors and records of a run that arrives in pieces."""
+    """Recorder of errors, torque, flights and fingerprint of a run that arrives in pieces."""
 
     def __init__(self, case: LimitCase) -> None:
         machine, settings, given = case.machine, case.settings, case.settings.as_dict()

@@ -1,1 +1,1 @@
-"""Speed against accuracy: sweeps over grids of settings, and recommendations within tolerances."""
+"""Speed against accuracy: sweeps over grids, and recommendations within tolerances."""

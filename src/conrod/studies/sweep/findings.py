@@ -1,4 +1,4 @@
-"""Findings of a sweep on one scene: plain, frozen data that the report and the command line read without any engine."""
+"""Findings of a sweep on one scene: plain, frozen data that is read without an engine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Item = TypeVar("Item")
 
 
 def pareto_front(items: Iterable[Item], costs: Callable[[Item], tuple[float, float]]) -> tuple[Item, ...]:
-    """Return the items that no other item beats in both costs (the Pareto front), by increasing first cost.
+    """Return the Pareto front: items that no other beats in both costs, by the first cost.
 
     Of several items with the same two costs the first is kept.
     """
@@ -133,7 +133,9 @@ NUMBER_TOLERANCE = 1e-12  # relative difference of numbers that are the same but
 
 
 def paste_template(pastes: Mapping[int, str]) -> dict[str, str]:
-    """Return a template of lines that differ only by powers of the steps, else the lines by steps.
+    """Return a template of lines for any steps, if they differ by powers of the steps.
+
+    Else return the lines by steps.
 
     Args:
         pastes: lines to paste by steps per revolution.
@@ -154,7 +156,7 @@ def paste_template(pastes: Mapping[int, str]) -> dict[str, str]:
 
 
 def fill_paste_template(lines: Mapping[str, str], steps: int) -> str:
-    """Fill a template made by `paste_template` for a number of steps per revolution; empty if it lacks them."""
+    """Fill a template of `paste_template` for some steps per revolution; empty if missing."""
     shared = lines.get(ANY_STEPS, lines.get(str(steps), ""))
     return STEP_POWER_FIELD.sub(lambda found: f"{float(found[1]) / steps ** int(found[2]):.15g}", shared)
 

@@ -1,4 +1,4 @@
-"""Errors and costs of the committed sweeps, shipped as data, from which a search for settings of any machine begins.
+"""Errors and costs of the committed sweeps, from which a search for settings begins.
 
 They only say what to try first: every proposed setting is run on the machine itself. `prior.json` is made from
 reports/sweep/data by `make prior` (benchmarks/prior.py); a test compares the two.
@@ -27,7 +27,7 @@ DEFAULT_STEPS, DEFAULT_ORDER = 200, 2.0
 
 
 class Guess(NamedTuple):
-    """Expected steps and cost at which a rule meets the tolerances.
+    """Expected steps and cost at which a settings rule meets the tolerances.
 
     Attributes:
         rule: the rule.
@@ -56,7 +56,7 @@ def shipped_sweeps() -> Mapping[str, PriorSweep]:
 def ranked_guesses(
     rules: Sequence[RulePlan], scene: Scene, allowed: Mapping[str, float], table: Mapping[str, PriorSweep]
 ) -> list[Guess]:
-    """Return the most favourable guess for each rule that the engine can run on the scene, the cheapest first.
+    """Return the best guess for each rule that the engine can run, the cheapest first.
 
     If the engine can run no rule, only the first is returned, and its run says why.
 
@@ -81,13 +81,16 @@ def _sort_key(guess: Guess) -> tuple[float, float]:
 
 
 def _prior_row(rule: RulePlan, swept: PriorSweep) -> Sequence[Any]:
-    """Row of a rule in a sweep: cost of a step, then errors by quantity; empty if the sweep lacks the rule."""
+    """Row of a rule in a sweep: cost of a step, then errors by quantity; empty if missing."""
     row: Sequence[Any] = swept.get(rule.engine.name, {}).get(rule.rule.name, ())
     return row
 
 
 def _guess_from_sweep(rule: RulePlan, machine: str, swept: PriorSweep, allowed: Mapping[str, float]) -> Guess:
-    """Guess from the errors of a sweep, interpolated in log(steps); the nearest steps if none meets the tolerances."""
+    """Guess from the errors of a sweep, interpolated in log(steps).
+
+    If no steps meet the tolerances, the guess is the nearest, at infinite cost.
+    """
     steps, (cost, *errors) = swept["steps"], _prior_row(rule, swept)
     over = [_log_excess(column, allowed) for column in zip(*errors, strict=True)]  # at each number of steps
     k = next((k for k, x in enumerate(over) if x <= 0.0), None)
@@ -111,7 +114,10 @@ def _log_excess(column: Sequence[int | None], allowed: Mapping[str, float]) -> f
 
 
 def _local_order(steps: Sequence[int], over: Sequence[float], k: int) -> float:
-    """Order of the error between steps k and its coarser neighbour, or its finer one; else DEFAULT_ORDER."""
+    """Order of the error between steps k and the next coarser or finer ones.
+
+    It is DEFAULT_ORDER if the error does not fall.
+    """
     for a, b in ((k - 1, k), (k, k + 1)):
         if a >= 0 and b < len(steps) and math.isfinite(over[a]) and math.isfinite(over[b]) and over[b] < over[a]:
             return (over[a] - over[b]) / math.log(steps[b] / steps[a])

@@ -1,4 +1,4 @@
-"""The cheapest setting within given tolerances, confirmed on runs that the grid does not contain."""
+"""The cheapest setting within given tolerances, confirmed on runs outside the grid."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Confirmation(TriedRun):
 
 @dataclass(frozen=True)
 class RejectedCandidate:
-    """A cheaper setting that meets the tolerances in the grid's run, and not in some confirming runs."""
+    """A cheaper setting that meets the tolerances, but not in some confirming runs."""
 
     candidate: Candidate
     failed_confirmations: tuple[Confirmation, ...]
@@ -122,7 +122,7 @@ def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]
 def recommendation_studies(
     plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
 ) -> list[Study[Answer]]:
-    """Return a study for each engine that finds its cheapest confirmed setting within tolerances.
+    """Return a study for each engine that finds its cheapest confirmed setting.
 
     Args:
         plan: the sweep of one scene.
@@ -147,7 +147,7 @@ def _search_with_guard(
 def _search_in_waves(
     rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
 ) -> Study[Answer]:
-    """Search the rules in waves, the cheapest by prior sweeps first, until a setting is confirmed."""
+    """Search the rules in waves, the cheapest expected first, until a setting is confirmed."""
     ranked = ranked_guesses(rules, scene, allowed, prior)
     sufficient = [guess for guess in ranked if math.isfinite(guess.cost)]
     guesses = sufficient[: MAX_WAVES * RULES_PER_WAVE] or ranked[:RULES_IF_NONE_SUFFICES]
@@ -170,7 +170,10 @@ def _search_in_waves(
 def _cheapest_confirmed(
     searches: Sequence[StepSearch], allowed: Tolerances, time: Clock, search_words: str, previous: Answer | None
 ) -> Study[Answer]:
-    """Return the cheapest candidate of a wave that is confirmed; else a refusal merged with the previous wave's."""
+    """Return the cheapest confirmed candidate of a wave, else the reasons why there is none.
+
+    These include the reasons of the previous wave.
+    """
     found = [(search, one) for search in searches for one in search.candidates_within(allowed)[:1]]
     waiting = {one.case.key: (search, one) for search, one in found}
     timings = dict(time([one.case for _, one in waiting.values()]))

@@ -103,7 +103,10 @@ class StepSearch:
         return steps if steps < MAX_STEPS_RATIO * finer.steps else None
 
     def measured_order(self, allowed: Tolerances) -> float:
-        """Order p = log(e1 / e2) / log(n2 / n1) of the two finest completed runs; the expected order without two."""
+        """Order p = log(e1 / e2) / log(n2 / n1) of the two finest completed runs.
+
+        It is the expected order if there are not two.
+        """
         last = [(one.steps, x) for one in self.candidates if (x := one.excess(allowed)) < math.inf][-2:]
         if len(last) < 2:
             return self.order
@@ -155,7 +158,7 @@ def run_searches(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
 def find_finer_candidate(
     search: StepSearch, rejected: Candidate, excess: float, allowed: Tolerances
 ) -> Study[Candidate | None]:
-    """Return the rule with more steps after a confirming run was out of tolerance, None if none is within.
+    """Return a candidate with more steps than a rejected one, None if none is in tolerance.
 
     Args:
         search: the search of the rule.

@@ -40,7 +40,7 @@ Clock = Callable[[list[RunCase]], Timings]
 
 @dataclass(frozen=True)
 class RulePlan:
-    """A rule of an engine's grid on one scene.
+    """A settings rule of an engine's grid, with its runs on one scene.
 
     Attributes:
         cases: runs by increasing steps; orders are observed along them.
@@ -136,7 +136,9 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
 
 
 def observed_orders(cases: Sequence[RunCase], measurements: Results) -> dict[str, ObservedOrder]:
-    """Return the observed order or plateau of each quantity along a refinement, from completed runs.
+    """Return the observed order or plateau of each quantity along a refinement.
+
+    Runs that did not complete are left out.
 
     Raises:
         KeyError: a case has not been measured.
