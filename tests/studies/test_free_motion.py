@@ -21,9 +21,9 @@ from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.scenes import SCENES, Scene, catalogue_names, dynamics_names
 from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.perform import left_out, run_motion
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
-from conrod.studies.free_motion.results import EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
+from conrod.studies.free_motion.results import MAX_EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
+from conrod.studies.free_motion.study import inactive_loads, run_motion
 
 SHORT = MotionPlan(FREE, 2.0)
 
@@ -47,7 +47,7 @@ def result(of: ExactCourse, engine: str = "mujoco", preset: str = "hardened", pl
 def test_an_exact_motion_that_loses_its_energy_passes_nothing() -> None:
     held = MotionStudy("it", scene_from_tables("pendulum"), (result(course("pendulum")),), FREE, ())
     assert held.passed
-    lost = ExactSummary(2.0 * EXACT_DRIFT, "", 1.0)
+    lost = ExactSummary(2.0 * MAX_EXACT_DRIFT, "", 1.0)
     drifting, measured = (replace(result(course("pendulum"), preset=one), exact=lost) for one in ("hardened", "stock"))
     assert not replace(held, results=(drifting,)).passed
     assert replace(held, results=(measured,)).passed  # and not judged
@@ -137,7 +137,7 @@ def test_a_moved_pin_a_heavier_body_and_a_stiffer_spring_are_out_of_tolerance(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Runs at the step of the rule alone, by which a verdict is given.
-    monkeypatch.setattr("conrod.studies.free_motion.perform.PATH", (1,))
+    monkeypatch.setattr("conrod.studies.free_motion.study.STEP_DIVISORS", (1,))
     right = course(name, 0.5)
     assert result(right).passed is True
     for defect in (moved, heaviest) if name != "slider-crank-spring" else (stiffer,):
@@ -169,20 +169,20 @@ def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) ->
 
 def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
     scene = scene_from_tables("press-cutting")
-    free = MotionPlan(FREE).mechanism(scene.mechanism(), "press-cutting")
-    driven = MotionPlan(TORQUE).mechanism(scene.mechanism(), "press-cutting")
+    free = MotionPlan(FREE).keep_acting_loads(scene.mechanism(), "press-cutting")
+    driven = MotionPlan(TORQUE).keep_acting_loads(scene.mechanism(), "press-cutting")
     assert driven is scene.mechanism()
     lost = {load.name for load in driven.loads} - {load.name for load in free.loads}
     assert len(lost) == 1
-    assert set(left_out(scene, MotionPlan(FREE))) == lost
+    assert set(inactive_loads(scene, MotionPlan(FREE))) == lost
     with pytest.raises(InvalidInput, match="no torque that drives its crank"):
-        MotionPlan(TORQUE).mechanism(course("pendulum").mechanism, "pendulum")
+        MotionPlan(TORQUE).keep_acting_loads(course("pendulum").mechanism, "pendulum")
 
 
 def test_the_example_of_the_documentation_runs(capsys: pytest.CaptureFixture[str]) -> None:
     text = (Path(__file__).parents[2] / "docs/free-motion.md").read_text()
     exec(text.split("```python\n")[1].split("```")[0], {})
     drift, error, passed = capsys.readouterr().out.split()
-    assert float(drift) < EXACT_DRIFT
+    assert float(drift) < MAX_EXACT_DRIFT
     assert 0.0 < float(error) < 1e-6
     assert passed == "True"

@@ -17,9 +17,9 @@ from conrod.studies.frame.resolve_arguments import (
     scenes_by_name,
     select_presets,
 )
-from conrod.studies.free_motion.perform import motion_study
-from conrod.studies.free_motion.plan import MotionPlan, instants
+from conrod.studies.free_motion.plan import MotionPlan, initial_grid
 from conrod.studies.free_motion.results import QUANTITIES, MotionStudy
+from conrod.studies.free_motion.study import motion_study
 
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
 
@@ -56,9 +56,9 @@ def free_motion(
     allowed = None if tolerance is None else check_tolerance(tolerance, QUANTITIES)
     plan = MotionPlan("torque" if torque else "free", seconds, step, allowed)
     if seconds is not None:
-        instants(plan, seconds)
+        initial_grid(plan, seconds)
     for name, scene in chosen.items():
-        plan.mechanism(scene.kinematics.mechanism, name)
+        plan.keep_acting_loads(scene.kinematics.mechanism, name)
     with Runner.open(runs or Runs()) as runner:
         (found,) = runner.pursue([motion_study(chosen, able, presets, plan)])
     call = text_of_call(

@@ -12,7 +12,7 @@ from conrod.report.results import results_table, scene_summary, scene_verdict
 from conrod.report.table import Table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.free_motion import plan
-from conrod.studies.free_motion.results import EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
+from conrod.studies.free_motion.results import MAX_EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
 
 # -- words -----------------------------------------------------------------------------------------------------------
 
@@ -33,11 +33,11 @@ def loads_words(study: MotionStudy) -> str:
 def exact_words(study: MotionStudy) -> str:
     """Say how well the exact motion keeps its energy, and how it crosses branches."""
     drift = study.exact.drift
-    compared = "<=" if drift <= EXACT_DRIFT else "above"
+    compared = "<=" if drift <= MAX_EXACT_DRIFT else "above"
     seconds, turn = study.results[0].seconds, study.exact.turn
     said = (
         f"Run: {seconds:.3g} s, {seconds / turn:.3g} times the fastest turn. "
-        f"Exact motion: its energy balances to {drift:.1e}, {compared} {EXACT_DRIFT:g}"
+        f"Exact motion: its energy balances to {drift:.1e}, {compared} {MAX_EXACT_DRIFT:g}"
     )
     return ". ".join(filter(None, (said, *map(_capitalise, (study.exact.continuation, study.exact.unresolved))))) + "."
 
@@ -52,7 +52,7 @@ def _capitalise(words: str) -> str:
 def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
     """Return a row for each result: errors, departure from the exact motion, order, verdict."""
     lengths = {study.name: study.scene.lengths for study in studies}
-    leaving = next((r.leaving for study in studies for r in study.results), plan.LENGTH_ERROR)
+    leaving = next((r.leaving for study in studies for r in study.results), plan.POSITION_TOLERANCE)
     columns: dict[str, Callable[[MotionResult], str]] = {
         "step": lambda r: f"{numbers.quantity(1e3 * r.step, 6)} ms",
         "position": lambda r: numbers.measured_text(r.largest("position")),

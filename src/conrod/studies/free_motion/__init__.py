@@ -1,1 +1,1 @@
-"""Motion that no drive prescribes: engines against the exact motion."""
+"""Validation of free motion, which loads and inertia determine and no prescribed crank."""

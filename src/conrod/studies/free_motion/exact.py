@@ -1,4 +1,4 @@
-"""The exact motion that engines are held against, the step that they are run with, and the times that bound it."""
+"""Exact free motion of a scene, and the step size for engines that its time scales demand."""
 
 from __future__ import annotations
 
@@ -21,86 +21,101 @@ from conrod.exact.motion import Array
 from conrod.mechanism.loads import Friction, LoadLaw, StrokePulse, TimePulse
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import Scene
-from conrod.studies.free_motion.plan import SECONDS, TURNS, Grid, MotionPlan, chosen, fastest_turn, instants
+from conrod.studies.free_motion.plan import (
+    MAX_SECONDS,
+    MAX_TURNS,
+    MotionPlan,
+    TimeGrid,
+    fastest_turn_period,
+    initial_grid,
+    refine_grid,
+)
 
-# Of the largest push of a contact, what rounding may make of one that is none.
-NO_PULL = 1e-9
-PROBE = 1.0  # [s] of a motion, by which its cost is estimated
-# Loops that may be singular at once. Hardened MuJoCo keeps 3e-8 to 7e-7 of the length in chains of 2 to 14 four-bars,
-# and 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long chains").
-MOST_CROSSING = 10
-STANDING = 1e-6  # of the fastest turning body
-COURSES_KEPT = 4  # by a process that runs one engine and preset after the other
+# A contact pulls if its force is below minus this share of its largest push; less may be rounding.
+MAX_ROUNDING_PULL = 1e-9
+PROBE_SECONDS = 1.0  # [s], of the motion from whose fastest turn the duration is derived
+# Number of loops that may be singular at once. Errors of hardened MuJoCo are 3e-8 to 7e-7 of the length in chains of 2
+# to 14 four-bars, and 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long
+# chains").
+MAX_CROSSING_LOOPS = 10
+STANDING_RATE_RATIO = 1e-6  # of the fastest body's rate: a crank below it stands
+CACHED_COURSES = 4  # in a process, which runs several engines and presets with one exact motion
 
 
 @dataclass(frozen=True)
 class ExactCourse:
-    """A scene's exact motion from its start, and what is to be run against it.
+    """The exact motion of a scene, with all that a run in an engine needs to follow it.
 
     Attributes:
-        mechanism: with the loads that act.
-        grid: instants of `motion`, and the engines' step.
-        lengths: L of each observed point [m].
-        pace: of the motion.
-        unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
+        mechanism: the mechanism with the loads that act.
+        grid: instants of `motion`, and step size of the engines.
+        motion: the exact motion.
+        lengths: travel L of each observed point [m].
+        pace: fastest time scale of the motion.
+        unresolved: reason why no preset is judged unless a tolerance is given; empty if presets are judged.
     """
 
     mechanism: Mechanism
-    grid: Grid
+    grid: TimeGrid
     motion: FreeMotion
     lengths: Mapping[str, float]
     pace: Pace
     unresolved: str = ""
 
 
-@lru_cache(COURSES_KEPT)
+@lru_cache(CACHED_COURSES)
 def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
-    """The exact motion of a scene; kept for the next that asks.
+    """Compute the exact motion of a scene and its time grid; results are cached.
 
     Args:
-        plan: without tolerances.
+        plan: a plan without tolerances, so that plans which differ in them alone share a result.
 
     Raises:
-        InvalidInput: the start contradicts the joints or is a rest that nothing ends, a force is not finite, what moves
-            has no inertia, the follower would fly, or there would be too many steps.
+        InvalidInput: the start contradicts the joints or is a rest that no load ends, a force is not finite, moving
+            bodies have no inertia, the follower would leave the cam, or there would be too many steps.
     """
-    mechanism = plan.mechanism(scene.kinematics.mechanism, name)
-    grid = instants(plan, duration(name, scene, plan))
+    mechanism = plan.keep_acting_loads(scene.kinematics.mechanism, name)
+    grid = initial_grid(plan, run_duration(name, scene, plan))
     dynamics = ForwardDynamics(mechanism)
     motion = dynamics.motion(grid.times, rates=scene.start_rates)
     _check_contact(name, mechanism, motion)
-    pace = _pace(mechanism, motion)
-    if fastest_turn(mechanism, motion) == math.inf:
+    pace = _motion_pace(mechanism, motion)
+    if fastest_turn_period(mechanism, motion) == math.inf:
         raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
-    steps = chosen(plan, grid, mechanism, pace)
-    unresolved = _unresolved(mechanism, motion, dynamics.reduced, steps.step)
-    return ExactCourse(mechanism, steps, motion, scene.lengths, pace, unresolved)
+    grid = refine_grid(plan, grid, mechanism, pace)
+    unresolved = _unresolved_reason(mechanism, motion, dynamics.reduced, grid.step)
+    return ExactCourse(mechanism, grid, motion, scene.lengths, pace, unresolved)
 
 
-@lru_cache(COURSES_KEPT)
-def duration(name: str, scene: Scene, plan: MotionPlan) -> float:
-    """Duration asked for [s]; else ten seconds, but no more than fifty of the fastest turns of the first second."""
+@lru_cache(CACHED_COURSES)
+def run_duration(name: str, scene: Scene, plan: MotionPlan) -> float:
+    """Return the plan's duration [s]; by rule 10 s, or 50 fastest turns if that is less."""
     if plan.seconds is not None:
         return plan.seconds
-    mechanism = plan.mechanism(scene.kinematics.mechanism, name)
-    times = instants(replace(plan, step=None), PROBE).times
-    return min(
-        SECONDS, TURNS * _pace(mechanism, ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)).revolution
+    mechanism = plan.keep_acting_loads(scene.kinematics.mechanism, name)
+    times = initial_grid(replace(plan, step=None), PROBE_SECONDS).times
+    motion = ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)
+    return min(MAX_SECONDS, MAX_TURNS * _motion_pace(mechanism, motion).revolution)
+
+
+def _motion_pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:
+    """Return the pace of a motion; a pulse of a load counts as a turn."""
+    return Pace(
+        min(fastest_turn_period(mechanism, motion), shortest_pulse_duration(mechanism, motion)), bool(motion.crossings)
     )
 
 
-def _pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:
-    """Pace of a motion; a pulse of a load is held to be a turn, too."""
-    return Pace(min(fastest_turn(mechanism, motion), shortest_pulse(mechanism, motion)), bool(motion.crossings))
+def _unresolved_reason(mechanism: Mechanism, motion: FreeMotion, reduced: ReducedDynamics, step: float) -> str:
+    """Return why errors with a step size [s] cannot be judged by rule; empty if they can.
 
-
-def _unresolved(mechanism: Mechanism, motion: FreeMotion, reduced: ReducedDynamics, step: float) -> str:
-    """The reason why no law of errors comes of the motion alone: a step [s] too long, or rounding that grows."""
+    Either rounding grows, where many loops or a standing crank are singular at a crossing, or a step is longer than the
+    time in which friction changes its sign.
+    """
     loops = len(mechanism.joints) - len(mechanism.bodies)
-    if motion.crossings and loops > MOST_CROSSING:
+    if motion.crossings and loops > MAX_CROSSING_LOOPS:
         return (
             f"where branches cross, {loops} loops are singular at once, and what an engine rounds grows there: with "
-            f"more than {MOST_CROSSING} errors are measured, and judged by --tolerance alone"
+            f"more than {MAX_CROSSING_LOOPS} errors are measured, and judged by --tolerance alone"
         )
     if _crank_stands_at_a_crossing(mechanism, motion, reduced):
         return (
@@ -119,16 +134,21 @@ def _unresolved(mechanism: Mechanism, motion: FreeMotion, reduced: ReducedDynami
 
 
 def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, reduced: ReducedDynamics) -> bool:
+    """True if the crank is at rest, in a dead centre, in a configuration where branches cross."""
     if not motion.crossings:
         return False
     turning = 3 * mechanism.body_index[mechanism.crank] + 2
     crossings = reduced.crossings(float(motion.along.min()), float(motion.along.max()))
     tangents = np.abs([reduced.poses_with_derivatives(along)[1] for along in crossings])[:, 2::3]
-    return bool((tangents[:, turning // 3] < STANDING * tangents.max(axis=1)).any())
+    return bool((tangents[:, turning // 3] < STANDING_RATE_RATIO * tangents.max(axis=1)).any())
 
 
 def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
-    """Refuse a motion in which a cam would have to pull: the exact motion does not know flight."""
+    """Refuse a motion in which a follower would leave its cam.
+
+    Raises:
+        InvalidInput: the cam would have to pull, since the exact motion keeps the follower on it; names the time.
+    """
     if not mechanism.cam_contacts:
         return
     forces = joint_forces_of_motion(
@@ -136,7 +156,7 @@ def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
     )
     for joint in mechanism.cam_contacts:
         push = forces.components[joint.name]["contact"]
-        pulls = push < -NO_PULL * np.abs(push).max()
+        pulls = push < -MAX_ROUNDING_PULL * np.abs(push).max()
         if pulls.any():
             raise InvalidInput(
                 f"{name}: the follower leaves the cam at t = {motion.times[int(np.argmax(pulls))]:.4g} s, and the "
@@ -144,8 +164,8 @@ def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
             )
 
 
-def places(mechanism: Mechanism, poses: Array) -> dict[str, Array]:
-    """Positions (T, 2) [m] of the observed points in poses (T, 3 n)."""
+def observed_positions(mechanism: Mechanism, poses: Array) -> dict[str, Array]:
+    """Return the positions (T, 2) [m] of the observed points in poses (T, 3 n)."""
     bodies = pose_jets(mechanism, [poses])
     return {
         point.name: np.column_stack([np.asarray(jet.coefficients[0]) for jet in bodies[point.body].point(point.point)])
@@ -153,10 +173,13 @@ def places(mechanism: Mechanism, poses: Array) -> dict[str, Array]:
     }
 
 
-def shortest_pulse(mechanism: Mechanism, motion: FreeMotion) -> float:
-    """Duration of the shortest pulse of a load [s], at the highest speed at which it acts; inf where none does."""
+def shortest_pulse_duration(mechanism: Mechanism, motion: FreeMotion) -> float:
+    """Return the duration of the shortest load pulse [s]; inf if none acts.
+
+    A pulse over a stretch of a coordinate takes its length over the highest rate at which it acts.
+    """
     times = [math.inf]
-    for _, law, (value, rate, _) in _along(mechanism, motion):
+    for _, law, (value, rate, _) in _load_coordinates(mechanism, motion):
         if isinstance(law, TimePulse) and law.start < motion.times[-1]:
             times.append(law.stop - law.start)
         if isinstance(law, StrokePulse):
@@ -167,12 +190,15 @@ def shortest_pulse(mechanism: Mechanism, motion: FreeMotion) -> float:
 
 
 def quickest_reversal(mechanism: Mechanism, motion: FreeMotion) -> tuple[str, float]:
-    """Name of the friction whose sign changes in the shortest time, and that time [s]; inf where none changes.
+    """Return the friction whose sign changes fastest, by name, and the time of the change [s].
 
-    Friction comes up below its creep, which a rate passes in the creep over its acceleration.
+    Friction changes its sign at rates within its creep rate, which take the time creep / max|acceleration|.
+
+    Returns:
+        An empty name and inf if no friction changes its sign.
     """
     found = [("", math.inf)]
-    for name, law, (_, rate, acceleration) in _along(mechanism, motion):
+    for name, law, (_, rate, acceleration) in _load_coordinates(mechanism, motion):
         if isinstance(law, Friction):
             turns = np.flatnonzero(rate[:-1] * rate[1:] < 0.0)
             steepest = float(np.abs(acceleration[np.concatenate([turns, turns + 1])]).max(initial=0.0))
@@ -180,8 +206,10 @@ def quickest_reversal(mechanism: Mechanism, motion: FreeMotion) -> tuple[str, fl
     return min(found, key=lambda one: one[1])
 
 
-def _along(mechanism: Mechanism, motion: FreeMotion) -> Iterator[tuple[str, LoadLaw, tuple[Array, Array, Array]]]:
-    """Name and law of each load, and its coordinate with its first and second derivative by time, each (T,)."""
+def _load_coordinates(
+    mechanism: Mechanism, motion: FreeMotion
+) -> Iterator[tuple[str, LoadLaw, tuple[Array, Array, Array]]]:
+    """Yield each load's name, law, and coordinate with first and second time derivative (T,)."""
     bodies = pose_jets(mechanism, [motion.poses, motion.rates, 0.5 * motion.accelerations])
     for load in mechanism.loads:
         value, rate, half = (np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients)

@@ -1,4 +1,4 @@
-"""Plan of a motion without a prescribed crank: loads that act, duration, and steps."""
+"""Plan of a motion without a prescribed crank: acting loads, duration, and step size."""
 
 from __future__ import annotations
 
@@ -18,27 +18,28 @@ from conrod.mechanism.mechanism import GROUND, Mechanism
 
 FREE, TORQUE = "free", "torque"
 MOTIONS = (FREE, TORQUE)
-DRIVING = (Steady, TimePulse, SpeedLine)  # laws that can drive a crank; friction, dampers and springs do not
-SECONDS, TURNS = 10.0, 50.0  # what a run lasts, and at most so many of the fastest turns: phase errors grow with them
-LONGEST_STEP = 0.005  # [s]
-# Steps that the fastest turn has, at least. Contact is closed in a step, not by an equation, and needs shorter ones.
-# Where branches cross, shorter ones change nothing but how near one comes to the crossing, and what is rounded there.
-STEPS_A_TURN, CONTACT_STEPS_A_TURN, CROSSING_STEPS_A_TURN = 800, 1000, 100
-FEWEST_INSTANTS, MOST_INSTANTS = 1000, 2000  # enough to see how fast a link whips round
-MOST_STEPS = 200_000
-PATH = (1, 2, 4)  # the step is divided by these
-LENGTH_ERROR = 1e-6  # of the length: what judged presets are held to
+DRIVING_LAWS = (Steady, TimePulse, SpeedLine)  # laws that can drive a crank; friction, dampers and springs do not
+# Limits of a run's duration by rule, [s] and in fastest turns: phase errors grow with the number of turns.
+MAX_SECONDS, MAX_TURNS = 10.0, 50.0
+MAX_STEP = 0.005  # [s]
+# Least steps in the fastest turn. Contact is closed within a step, not by an equation, and needs shorter steps. Where
+# branches cross, shorter steps only change how near the crossing a step comes, and how much is rounded there.
+STEPS_PER_TURN, CONTACT_STEPS_PER_TURN, CROSSING_STEPS_PER_TURN = 800, 1000, 100
+MIN_INSTANTS, MAX_INSTANTS = 1000, 2000  # recorded in a run: enough for the fastest motion of a link
+MAX_STEPS = 200_000  # of a run
+STEP_DIVISORS = (1, 2, 4)  # of the step size along the refinement path
+POSITION_TOLERANCE = 1e-6  # of L, for judged presets
 
 
 @dataclass(frozen=True)
 class MotionPlan:
-    """Plan of the runs.
+    """Plan of the runs of free motion.
 
     Attributes:
-        motion: one of `MOTIONS`.
-        seconds: length of the run [s], None for that of the rule.
-        step: of the engines [s], None for that of the rule.
-        tolerance: what every preset is judged by, by quantity; None for the rule.
+        motion: one of `MOTIONS`; with `FREE`, loads that can drive the crank do not act.
+        seconds: duration of the run [s]; None for that by rule (`exact.run_duration`).
+        step: step size of the engines [s]; None for that by rule (`refine_grid`).
+        tolerance: allowed errors of every preset, by quantity; None for `POSITION_TOLERANCE` of judged presets.
     """
 
     motion: str
@@ -48,16 +49,16 @@ class MotionPlan:
 
     @property
     def leaving(self) -> float:
-        """The position error, of the length, whose first instant is reported."""
-        return (self.tolerance or {}).get("position", LENGTH_ERROR)
+        """Position error, over L, at whose first instant a run leaves the exact motion."""
+        return (self.tolerance or {}).get("position", POSITION_TOLERANCE)
 
-    def mechanism(self, mechanism: Mechanism, name: str) -> Mechanism:
-        """The mechanism with the loads that act: all of them, or all but what drives the crank.
+    def keep_acting_loads(self, mechanism: Mechanism, name: str) -> Mechanism:
+        """Return the mechanism with all loads, or without the loads that can drive the crank.
 
         Raises:
-            InvalidInput: it is to be driven by a torque, and has none.
+            InvalidInput: the motion is driven by a torque, and no load drives the crank.
         """
-        driving = [load for load in mechanism.loads if drives(load, mechanism)]
+        driving = [load for load in mechanism.loads if drives_crank(load, mechanism)]
         if self.motion == TORQUE and not driving:
             raise InvalidInput(
                 f"--torque: {name} has no torque that drives its crank; let it go without --torque, or give it one "
@@ -69,85 +70,93 @@ class MotionPlan:
 
 
 @dataclass(frozen=True)
-class Grid:
-    """Instants at which a run is recorded, each so many steps after the other.
+class TimeGrid:
+    """Equally spaced instants at which a run is recorded, and the engine's steps between them.
 
     Attributes:
-        step: of the engines [s].
-        every: steps between two instants.
-        count: of the instants after the start.
+        step: step size of the engine [s].
+        stride: steps between two instants.
+        count: number of instants after the start.
     """
 
     step: float
-    every: int
+    stride: int
     count: int
 
     @property
     def steps(self) -> int:
-        """In all."""
-        return self.every * self.count
+        """Number of steps of the run."""
+        return self.stride * self.count
 
     @property
     def times(self) -> Array:
-        """Of the instants and the start [s]."""
-        return np.asarray(self.step * self.every * np.arange(self.count + 1), dtype=float)
+        """Times (count + 1,) [s] of the instants, the start included."""
+        return np.asarray(self.step * self.stride * np.arange(self.count + 1), dtype=float)
 
-    def finer(self, divisor: int) -> Grid:
-        """The same instants with shorter steps."""
-        return Grid(self.step / divisor, self.every * divisor, self.count)
+    def with_shorter_steps(self, divisor: int) -> TimeGrid:
+        """Return the same instants with the step size divided by an integer."""
+        return TimeGrid(self.step / divisor, self.stride * divisor, self.count)
 
 
-def drives(load: Load, mechanism: Mechanism) -> bool:
-    """True if a load is a torque from the ground that can drive the crank: constant, a pulse in time, a motor's."""
+def drives_crank(load: Load, mechanism: Mechanism) -> bool:
+    """True if a load is a torque from ground to crank whose law can drive it (`DRIVING_LAWS`)."""
     along = load.along
-    return isinstance(along, Turn) and {along.a, along.b} == {GROUND, mechanism.crank} and isinstance(load.law, DRIVING)
+    return (
+        isinstance(along, Turn)
+        and {along.a, along.b} == {GROUND, mechanism.crank}
+        and isinstance(load.law, DRIVING_LAWS)
+    )
 
 
-def instants(plan: MotionPlan, seconds: float) -> Grid:
-    """Instants of a run of so long [s], and the step that reaches them where the rule does not ask for a shorter one.
+def initial_grid(plan: MotionPlan, seconds: float) -> TimeGrid:
+    """Return the grid of a run over a duration [s], with the longest step size that may be used.
+
+    By rule the step is 5 ms, halved until there are at least `MIN_INSTANTS` steps.
 
     Raises:
-        InvalidInput: more steps than a run may have, or none.
+        InvalidInput: the number of steps is not 1 to `MAX_STEPS`.
     """
     if plan.step is not None:
         steps = round(seconds / plan.step)
-        if not 1 <= steps <= MOST_STEPS:
+        if not 1 <= steps <= MAX_STEPS:
             raise InvalidInput(
-                f"--step {plan.step:g} s in --seconds {seconds:g}: {steps} steps; it must be 1 to {MOST_STEPS}"
+                f"--step {plan.step:g} s in --seconds {seconds:g}: {steps} steps; it must be 1 to {MAX_STEPS}"
             )
-        every = math.ceil(steps / MOST_INSTANTS)
-        return Grid(plan.step, every, steps // every)
-    interval = LONGEST_STEP
-    while seconds / interval < FEWEST_INSTANTS:
+        stride = math.ceil(steps / MAX_INSTANTS)
+        return TimeGrid(plan.step, stride, steps // stride)
+    interval = MAX_STEP
+    while seconds / interval < MIN_INSTANTS:
         interval *= 0.5
-    every = math.ceil(seconds / interval / MOST_INSTANTS * (1.0 - 1e-12))
-    return Grid(interval, every, math.floor(seconds / interval / every * (1.0 + 1e-12)))
+    stride = math.ceil(seconds / interval / MAX_INSTANTS * (1.0 - 1e-12))
+    return TimeGrid(interval, stride, math.floor(seconds / interval / stride * (1.0 + 1e-12)))
 
 
-def chosen(plan: MotionPlan, grid: Grid, mechanism: Mechanism, pace: Pace) -> Grid:
-    """The rule of the step: 5 ms, divided so that the fastest turn of the exact motion has as many as it needs.
+def refine_grid(plan: MotionPlan, grid: TimeGrid, mechanism: Mechanism, pace: Pace) -> TimeGrid:
+    """Divide the step size until the fastest turn of the exact motion has enough steps.
+
+    Enough is `STEPS_PER_TURN`, or its variants for contact and where branches cross. A step size of the plan stays.
 
     Raises:
-        InvalidInput: more steps than a run may have.
+        InvalidInput: more than `MAX_STEPS` steps.
     """
     if plan.step is not None:
         return grid
-    usual = CROSSING_STEPS_A_TURN if pace.crosses_branches else STEPS_A_TURN
-    finer = grid.finer(
-        math.ceil(grid.step / pace.revolution * (CONTACT_STEPS_A_TURN if mechanism.cam_contacts else usual))
+    usual = CROSSING_STEPS_PER_TURN if pace.crosses_branches else STEPS_PER_TURN
+    finer = grid.with_shorter_steps(
+        math.ceil(grid.step / pace.revolution * (CONTACT_STEPS_PER_TURN if mechanism.cam_contacts else usual))
     )
-    if finer.steps > MOST_STEPS:
+    if finer.steps > MAX_STEPS:
         raise InvalidInput(
             f"{mechanism.name}: its fastest turn takes {pace.revolution:.3g} s, and the run more than "
-            f"{MOST_STEPS} steps: give --seconds or --step"
+            f"{MAX_STEPS} steps: give --seconds or --step"
         )
     return finer
 
 
-def fastest_turn(mechanism: Mechanism, motion: FreeMotion) -> float:
-    """The period of a point that turns or oscillates [s]: 2 pi largest velocity / largest acceleration.
+def fastest_turn_period(mechanism: Mechanism, motion: FreeMotion) -> float:
+    """Return the shortest period 2 pi max|v| / max|a| of an observed point [s]; inf if none moves.
 
-    Of the observed point where it is shortest; inf where none moves.
+    That is the period of a point which moves on a circle, or oscillates harmonically.
     """
     bodies = pose_jets(mechanism, [motion.poses, motion.rates, 0.5 * motion.accelerations])
     fastest = 0.0

@@ -1,4 +1,4 @@
-"""Findings on an engine's free motion: plain, frozen data that the report and the command line read."""
+"""Results of a validation of free motion, as frozen data for report and command line."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from conrod.exact.motion import Array
 from conrod.studies.frame.result import Result, SceneResults
 
 QUANTITIES = ("position", "energy")
-# What the exact motion's own balance of energy keeps.
-EXACT_DRIFT = 1e-11
+# Error of the exact motion's energy balance up to which the exact motion is fit to judge by.
+MAX_EXACT_DRIFT = 1e-11
 
 
 @dataclass(frozen=True)
 class StepPoint:
-    """One run of a refinement path: its largest errors, None unless it completed."""
+    """A run of a refinement path: largest errors of position and energy, None unless completed."""
 
     step: float  # [s]
     outcome: str
@@ -28,11 +28,11 @@ class StepPoint:
 
 @dataclass(frozen=True)
 class MotionCurves:
-    """A run over time, thinned for a figure.
+    """Largest errors of a run in equal spans of time, for a figure.
 
     Attributes:
-        middles: (M,) [s], of equal spans of time.
-        error, energy: the largest in each, normalised.
+        middles: middles (M,) of the spans [s].
+        error, energy: largest position error over L and largest energy error in each span (M,).
     """
 
     middles: Array
@@ -42,13 +42,13 @@ class MotionCurves:
 
 @dataclass(frozen=True)
 class ExactSummary:
-    """Summary of the exact motion.
+    """Summary of the exact motion that runs are compared with.
 
     Attributes:
-        drift: error of its own balance of energy, over the largest energy that took part.
-        continuation: where branches cross, in words; empty where none do.
-        turn: the fastest [s].
-        unresolved: reason why nothing is judged unless a tolerance is given; empty where the step is short enough.
+        drift: error of its energy balance, over the largest energy that took part.
+        continuation: in words, how the motion continues where branches cross; empty if none cross.
+        turn: period of the fastest turn [s].
+        unresolved: reason why no preset is judged unless a tolerance is given; empty if presets are judged.
     """
 
     drift: float
@@ -59,17 +59,17 @@ class ExactSummary:
 
 @dataclass(frozen=True, kw_only=True)
 class MotionResult(Result):
-    """Errors of a motion in time.
+    """Errors of a scene's free motion in an engine, against the exact motion at the same times.
 
     Attributes:
-        exact: what it is held against.
-        step: [s]; seconds: what it ran [s].
-        leaving: the position error, of the length, whose first instant is reported.
-        tolerance: what it is judged by, by quantity; empty where it is only measured.
-        errors: of each observed point, distance from its exact place at the same time over L: max, rms, final.
-        energy: the engine's less the exact one at the same time, over the largest energy that took part, the same.
-        leaves: when the position error of a point is first above `leaving` [s]; None where it stays below.
-        order: of position and energy along the refinement path.
+        exact: summary of the exact motion.
+        step, seconds: step size and duration of the run [s].
+        leaving: position error, over L, whose first instant is reported.
+        tolerance: allowed errors by quantity; empty if the run is measured and not judged.
+        errors: distance of each observed point from its exact position, over L: max, rms, final.
+        energy: error of the energy, over the largest energy that took part: max, rms, final.
+        leaves: time [s] at which the position error of a point first exceeds `leaving`; None if it never does.
+        order: observed order of position and energy along the refinement path.
     """
 
     preset: str
@@ -91,7 +91,7 @@ class MotionResult(Result):
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         if quantity == "position":
-            # `max` would pass over what is no number.
+            # NumPy's max, since Python's would skip a NaN.
             found = [sizes[measure] for sizes in (self.errors or {}).values()]
             return float(np.max(found)) if found else None
         return None if self.energy is None else self.energy[measure]
@@ -102,10 +102,11 @@ class MotionResult(Result):
 
 @dataclass(frozen=True)
 class MotionStudy(SceneResults[MotionResult]):
-    """All of one scene, and its exact motion.
+    """All results of a scene's free motion.
 
     Attributes:
-        left_out: loads that drive the crank, and do not act.
+        motion: one of `plan.MOTIONS`.
+        left_out: names of the loads that can drive the crank and do not act.
     """
 
     motion: str
@@ -113,11 +114,11 @@ class MotionStudy(SceneResults[MotionResult]):
 
     @property
     def exact(self) -> ExactSummary:
-        """The exact motion that all are held against."""
+        """Summary of the exact motion, which is the same for all results."""
         return self.results[0].exact
 
     @property
     def passed(self) -> bool:
-        """True if nothing that is judged failed, and the exact motion is fit to judge by where anything is."""
+        """True if no judged result failed, and the exact motion is fit to judge by, if any is judged."""
         judged = any(result.passed is not None for result in self.results)
-        return super().passed and (self.exact.drift <= EXACT_DRIFT or not judged)
+        return super().passed and (self.exact.drift <= MAX_EXACT_DRIFT or not judged)
