@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from four_bars import four_bar
+from own_model_edits import TEXTS, question, replaced
 
 from conrod.errors import InvalidInput
 from conrod.exact.space.immobility import JointCorrection, describe_corrections, explain_immobility
@@ -16,7 +18,10 @@ from conrod.exact.space.mobility import TooManyDrivesError, check_drives
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.loops.reading import laws_of, tree_of
 from conrod.mjcf.loops.results import LoopRequest
+from conrod.mjcf.loops.scene_study import study_scene_model
 from conrod.mjcf.loops.study import _LoopBench, study_loops
+from conrod.own.models.frame import GivenFrame
+from conrod.scenes import SCENES
 from conrod.scenes.space import MACHINES
 
 TILT = 0.05  # [deg]
@@ -107,6 +112,36 @@ def test_a_closure_that_is_one_too_many_is_named(spare: str) -> None:
     text = four_bar().replace("</equality>", f"{spare}</equality>")
     with pytest.raises(InvalidInput, match=r"it cannot move; without spare it moves$"):
         _LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "60rpm"}))
+
+
+SAW_CLOSURE = "</equality>"
+BRAKE = '<joint name="brake" joint1="slide" polycoef="0 0 0 0 0"/>'
+BENT = '<joint name="bent" joint1="slide" joint2="crank" polycoef="0 -0.03 -0.02 0 0"/>'
+AGAIN = '<connect name="again" site1="slider-pin.rod" site2="slider-pin.slider"/>'
+STUCK_PIN = ('<joint name="crank-pin" type="hinge" axis="0 0 1" />', "")
+
+
+def refused(text: str, folder: Path) -> str:
+    """What is said of a saw that cannot be turned as the scene is."""
+    text = replaced(text, re.findall(r"<key name=.*/>", text)[0], "")
+    path = folder / "saw.xml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput) as refusal:
+        study_scene_model(path, ("saw-40rpm", SCENES["saw-40rpm"]), question("saw"), GivenFrame(), 1.0, None)
+    return str(refusal.value)
+
+
+@pytest.mark.parametrize(("spare", "name"), [(BRAKE, "brake"), (BENT, "bent"), (BRAKE + AGAIN, "brake")])
+def test_a_closure_that_keeps_a_scenes_model_from_turning_is_named(spare: str, name: str, tmp_path: Path) -> None:
+    said = refused(replaced(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), tmp_path)
+    assert f"it cannot move; without {name} it moves" in said
+
+
+@pytest.mark.parametrize("spare", ["", AGAIN])
+def test_closures_that_are_needed_or_redundant_are_not_named_for_a_pin_that_is_fast(spare: str, tmp_path: Path) -> None:
+    said = refused(replaced(replaced(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), *STUCK_PIN), tmp_path)
+    assert "it cannot move" in said
+    assert "without" not in said
 
 
 def test_what_is_known_to_differ_is_laid_to_no_axis(tmp_path: Path) -> None:

@@ -97,6 +97,12 @@ def removable_closures(machine: DrivenTree, start: Array) -> Iterator[str]:
             yield closure.name
 
 
+def removable_words(machine: DrivenTree, start: Array) -> str:
+    """Say without which closures a machine that cannot move would: '; without brake it moves', or nothing."""
+    spare = list(removable_closures(machine, start))
+    return f"; without {' or '.join(spare)} it moves" if spare else ""
+
+
 def describe_corrections(found: Sequence[JointCorrection]) -> str:
     """Say which correction would let a machine move: one, any of several, or that none is known."""
     said = [one.words for one in found[:MAX_NAMED]]

@@ -13,7 +13,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_closures
+from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
 from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.causes import append_causes, describe_closures
@@ -86,13 +86,11 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
         if explained:
             raise
         searched = len(machine.tree.loop_joints) <= MAX_SEARCHED_JOINTS
-        spare = list(removable_closures(machine, start))
+        spare = removable_words(machine, start)
         found = explain_immobility(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
         # Where some of the drives can stay they are simply too many.
         words = f"; {describe_corrections(found)}" if found or (searched and error.stuck) else ""
-        if spare:
-            words = f"; without {' or '.join(spare)} it moves"
-        raise InvalidInput(f"{error}{words}") from None
+        raise InvalidInput(f"{error}{spare or words}") from None
 
 
 def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:

@@ -13,7 +13,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialJoint, displace
 from conrod.exact.space.drive_laws import parse_drive_law
-from conrod.exact.space.mobility import Mobility, check_drives, count_mobility, free_directions
+from conrod.exact.space.immobility import removable_words
+from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, free_directions
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.equalities import inactive_words
 from conrod.mjcf.loops.reading import check_rigid, tree_of
@@ -207,7 +208,10 @@ def _check_freedom(made: Turning, question: ModelRequest) -> None:
             f"{', '.join(found.idle)} can still move; {inactive_words(made.model) or 'is a closure missing?'}"
         )
     if found.remaining_dof <= least:
-        check_drives(made.machine, made.start)
+        try:
+            check_drives(made.machine, made.start)
+        except TooManyDrivesError as error:
+            raise InvalidInput(f"{error}{removable_words(made.machine, made.start)}") from None
 
 
 def _nearest_geoms(made: Turning) -> tuple[int, int]:
