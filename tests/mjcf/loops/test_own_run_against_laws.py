@@ -161,3 +161,71 @@ def test_a_verdict_needs_both_the_speed_and_the_branch() -> None:
     (speed,) = found.shipped.laws.speeds
     faster = replace(speed, own=replace(speed.own, mean=1.1 * OMEGA))
     assert not replace(found, shipped=replace(found.shipped, laws=replace(found.shipped.laws, speeds=(faster,)))).passed
+
+
+def test_a_part_of_a_turn_is_held_to_what_a_speed_may_swing() -> None:
+    # In a tenth of a turn the mean is that of where it is, which an uneven speed moves.
+    assert looped(keyed(1.02), seconds=0.15).passed
+    off = looped(keyed(1.2), seconds=0.15)
+    assert not off.passed
+    assert "crank turns at 48 rpm" in finding(off)
+
+
+@pytest.mark.parametrize(
+    ("answers", "other"), [([True, False], True), ([False], True), ([True, True], False), ([None, None], False)]
+)
+def test_a_run_that_ends_on_another_branch_is_named_though_it_begins_on_the_laws(
+    answers: list[bool | None], other: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(keyed()), LoopRequest({"crank": "40rpm"}))
+    shipped, motion, seen = bench._run_as_shipped(0.2), bench.machine.motion(np.linspace(0.0, 1.5, 9)), []
+
+    def branch(_: object, names: object, pose: np.ndarray, near: float) -> bool | None:
+        seen.append(float(pose[1]))
+        return answers[len(seen) - 1]
+
+    monkeypatch.setattr("conrod.mjcf.loops.law_comparison.is_on_branch_of_laws", branch)
+    assert bench._compare_with_laws(shipped, motion, 0.2).laws.other_branch is other
+    # At the start, and a turn of the crank further, after the motion of the laws: not after the turn that follows.
+    assert seen == pytest.approx([0.0, 2.0 * np.pi][: len(answers)], abs=1e-2)
+
+
+def test_a_run_that_passes_a_dead_centre_of_what_is_driven_is_no_other_branch() -> None:
+    # The crank turns by itself, and a law drives the slide: they have nothing to do with each other.
+    model = mujoco.MjModel.from_xml_string(replaced(SAW, ' armature="1e+14"', ""))
+    bench = study._LoopBench.from_request(model, LoopRequest({"slide": "move:0m,-0.1m,1s"}))
+    compared = bench._compare_with_laws(bench._run_as_shipped(0.2), bench.machine.motion(np.linspace(0.0, 1.0, 9)), 0.2)
+    assert not compared.laws.differs
+    # What commands the crank to a place begins on the other branch.
+    held = replaced(
+        servo(0.3, 1e4, "position", "kp"), 'qpos="0 0 0"', f'qpos="{" ".join(map(repr, map(float, OTHER_POSE)))}"'
+    )
+    for text, other in ((held, True), (servo(0.3, 1e4, "position", "kp"), False)):
+        bench = study._LoopBench.from_request(
+            mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "sine:9deg,1Hz"})
+        )
+        motion = bench.machine.motion(np.linspace(0.0, 1.0, 9))
+        assert bench._compare_with_laws(bench._run_as_shipped(0.2), motion, 0.2).laws.other_branch is other
+
+
+def test_a_run_that_breaks_off_after_the_laws_motion_says_nothing_of_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(keyed(1.3)), LoopRequest({"crank": "40rpm"}))
+    shipped, motion = bench._run_as_shipped(0.2), bench.machine.motion(np.linspace(0.0, 1.5, 9))
+    assert bench._compare_with_laws(shipped, motion, 0.2).laws.differs
+    monkeypatch.setattr("conrod.mjcf.loops.law_comparison.break_off_reason", lambda *_: "not finite")
+    assert not bench._compare_with_laws(shipped, motion, 0.2).laws.speeds
+
+
+def test_a_held_base_that_moves_in_the_own_run_is_no_other_branch() -> None:
+    text = replaced(SAW, "<worldbody>", '<worldbody><body name="base"><freejoint name="base"/><inertial pos="0 0 0" '
+                    'mass="1e6" diaginertia="1e6 1e6 1e6"/>')  # fmt: skip
+    text = replaced(replaced(text, "</worldbody>", "</body></worldbody>"), KEYFRAME, "")
+    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "40rpm"}))
+    assert bench.machine.held == ("base",)
+    names = [point.name for point in bench.points]
+    at_start = np.array(bench.machine.knots[0].coordinates[:, 0])
+    fallen, mirrored = at_start.copy(), at_start.copy()
+    fallen[2] -= 3.0
+    mirrored[7:] = OTHER_POSE
+    assert is_on_branch_of_laws(bench.machine, names, fallen, 4e-3) is True
+    assert is_on_branch_of_laws(bench.machine, names, mirrored, 4e-3) is False

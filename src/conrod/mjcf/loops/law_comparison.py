@@ -19,6 +19,7 @@ from conrod.mjcf.loops.driving import break_off_reason
 from conrod.mjcf.loops.results import JointSpeed, LawComparison
 from conrod.mjcf.loops.runs import is_on_other_branch
 from conrod.own.models.crank_speed import MAX_MEAN_SPEED_ERROR, MAX_SPEED_SWING, CrankSpeed
+from conrod.own.models.loading import element_id, names_of
 
 LAW_INSTANTS = 9  # at which a law is looked at for whether its speed is constant
 
@@ -58,11 +59,22 @@ def commands_force(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     return bool(np.any((data.ctrl != 0.0) & ~model.actuator_biasprm[:, 1:3].any(axis=1)))
 
 
+def commands_joints(model: mujoco.MjModel, data: mujoco.MjData, joints: Iterable[str]) -> bool:
+    """True if an actuator of one of some joints has a control other than 0."""
+    numbers = {element_id(model, "joint", name) for name in joints if name in names_of(model, "joint")}
+    of_joint = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
+    acting = np.flatnonzero((data.ctrl != 0.0) & of_joint)
+    return bool(numbers & set(model.actuator_trnid[acting, 0].tolist()))
+
+
 def compare_with_laws(
     machine: DrivenTree, model: mujoco.MjModel, data: mujoco.MjData, points: Iterable[str], seconds: float,
     allowed: float, near: float,
 ) -> LawComparison:  # fmt: skip
     """Run the file as it is, and compare its speeds and its branch with the laws.
+
+    The branch is compared at the start, and after the motion of the laws, of a run that is commanded their speeds; at
+    the start alone where an actuator of a driven joint is commanded anything else.
 
     Args:
         data: at the start of the file's own run; it goes on from there.
@@ -75,28 +87,50 @@ def compare_with_laws(
     step, laws = float(model.opt.timestep), constant_speeds(machine, seconds)
     joints = [joint for joint in machine.driven if joint.name in laws]
     speed_commanded, force_commanded = commands_speed(model, data, joints), commands_force(model, data)
+    targeted = commands_joints(model, data, machine.laws)
     turn = max((machine.laws[joint.name].duration for joint in joints), default=0.0)
-    whole = turn <= seconds * (1.0 + 1e-9)
-    first, last, rates = np.array(data.qpos), np.array(data.qpos), list[Array]()
-    with silence_warnings():
-        for k in range(round(seconds / step) + (round(turn / step) if whole else 0)):
-            mujoco.mj_step(model, data)
-            if break_off_reason(model, data):
-                return LawComparison()
-            rates.append(data.qvel.copy())
-            last = np.array(data.qpos) if k + 1 == round(seconds / step) else last
+    whole, count = turn <= seconds * (1.0 + 1e-9), round(seconds / step)
+    poses, rates = _run_on(model, data, count, round(turn / step) if whole else 0)
+    if not len(rates):
+        return LawComparison()
     speeds = list[JointSpeed]()
     for joint in joints if speed_commanded or force_commanded else ():
-        own = np.array(rates)[:, joint.rate]
-        seen = own[-max(2, round((machine.laws[joint.name].duration if whole else 0.5 * seconds) / step)) :]
-        farthest = step * float(np.abs(np.cumsum(own)).max()) / REVOLUTION
-        speed = CrankSpeed(float(seen.mean()), float(seen.min()), float(seen.max()), farthest)
+        length = machine.laws[joint.name].duration if whole else 0.5 * seconds
+        speed = _crank_speed(rates[:, joint.rate], round(length / step), step)
         if speed_commanded or not speed.is_still:  # a force that holds is no drive
             # The mean of a part of a turn swings as the speed does.
             bound = allowed if whole else max(allowed, MAX_SPEED_SWING)
             speeds.append(JointSpeed(joint.name, speed, laws[joint.name], bound))
-    branches = (is_on_branch_of_laws(machine, points, pose, near) for pose in (first, last))
+    # A run that is not meant to follow the laws may pass dead centres of the driven joints.
+    looked_at = poses if len(speeds) == len(machine.laws) else poses[:1] if speeds or targeted else ()
+    branches = (is_on_branch_of_laws(machine, points, pose, near) for pose in looked_at)
     return LawComparison(tuple(speeds), any(one is False for one in branches))
+
+
+def _run_on(model: mujoco.MjModel, data: mujoco.MjData, count: int, more: int) -> tuple[tuple[Array, Array], Array]:
+    """Make steps; return the poses (nq,) at the start and after `count` of them, and the rates (T, nv) after each.
+
+    Returns:
+        No rates where the run breaks off.
+    """
+    first = last = np.array(data.qpos)
+    rates = list[Array]()
+    with silence_warnings():
+        for k in range(1, count + more + 1):
+            mujoco.mj_step(model, data)
+            if break_off_reason(model, data):
+                return (first, last), np.zeros((0, model.nv))
+            rates.append(data.qvel.copy())
+            if k == count:
+                last = np.array(data.qpos)
+    return (first, last), np.array(rates)
+
+
+def _crank_speed(rates: Array, last: int, step: float) -> CrankSpeed:
+    """Speed of a hinge over the last steps of a run of rates (T,) [rad/s]."""
+    seen = rates[-max(2, last) :]
+    farthest = step * float(np.abs(np.cumsum(rates)).max()) / REVOLUTION
+    return CrankSpeed(float(seen.mean()), float(seen.min()), float(seen.max()), farthest)
 
 
 # -- the branch --------------------------------------------------------------------------------------------------------
