@@ -162,7 +162,7 @@ class Sensitivity:
 
     body: str
     quality: str
-    change: float  # of the property, that is to be seen [kg], [m] or [kg m^2]
+    change: float  # of the property, that should be detected [kg], [m] or [kg m^2]
     derivatives: dict[str, Array]
 
 

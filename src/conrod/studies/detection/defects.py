@@ -146,7 +146,7 @@ def other_branch_place(given: Recording) -> Iterator[tuple[str, DefectFunction]]
         return
 
     def body_states(at: Instants) -> BodyStates:
-        """Chain rule for poses q(theta): dq/dt = q' omega, d2q/dt2 = q'' omega^2 + q' alpha."""
+        """Exact states by the chain rule: dq/dt = q' omega, d2q/dt2 = q'' omega^2 + q' alpha."""
         poses, first, second = other.derivatives(at.angle, 2)
         omega, alpha = at.rate[:, None], at.acceleration[:, None]
         return BodyStates(at, poses, first * omega, second * omega**2 + first * alpha)
@@ -214,7 +214,7 @@ def _link_length_changes(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[
 
 
 def length_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
-    """Yield wrong lengths of links; in a machine with a cam, of all parameters in metres, too."""
+    """Yield places of wrong lengths: pins of bodies, and with a cam all parameters in metres."""
 
     def scale_parameter(name: str, now: Recording, share: float) -> Recording:
         scene: Any = now.reference
@@ -229,7 +229,7 @@ def length_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
 
 
 def mass_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
-    """Yield a wrong mass of each body."""
+    """Yield the places of a wrong mass: all bodies."""
 
     def scale_mass(mechanism: Mechanism, name: str, share: float) -> Mechanism:
         bodies = [replace(b, mass=(1.0 + share) * b.mass) if b.name == name else b for b in mechanism.bodies]

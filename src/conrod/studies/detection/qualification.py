@@ -43,7 +43,7 @@ def motion_judge(
     Args:
         result: result of the run, whose tolerances judge.
         healthy: reference without a defect, whose branch the run has to keep.
-        asked: tolerances that replace those of the result; None for none.
+        asked: tolerances that replace those of the result; None to keep them.
     """
 
     def judge_recording(given: Recording) -> ValidationResult:

@@ -29,7 +29,7 @@ CALLS_PER_THREAD, MIN_IN_FLIGHT, MAX_IN_FLIGHT = 4, 256, 8192
 
 
 class DaskCluster(RetryingExecutor):
-    """An executor on the workers of a Dask scheduler, with limits and outcomes as on this machine.
+    """An executor on the workers of a Dask scheduler, with the limits of a local executor.
 
     A call that kills worker after worker, or whose process is killed from outside twice, the second time alone, ends
     as WorkerDied. A call raises InvalidInput if the cluster is gone or has another conrod. Workers may come and go;
@@ -162,5 +162,8 @@ def call_in_local_process(call: bytes, limits: CallLimits, expected: Sequence[Ma
 
 
 def case_identities(arguments: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return what determines the results of the cases among some arguments, on this machine."""
+    """Return the identity of each case among some arguments, on this machine.
+
+    It has all that determines the case's result, versions of conrod and the engine included.
+    """
     return [{"conrod": version("conrod"), **case.identity()} for case in arguments if isinstance(case, Case)]

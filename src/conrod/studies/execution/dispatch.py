@@ -28,13 +28,13 @@ class Watcher:
     """Callbacks on the progress of cases, in the calling thread; this base class ignores them."""
 
     def on_start(self, total: int, already_finished: int) -> None:
-        """Take the number of different cases, and how many of them have a result already."""
+        """Called when cases begin to run: their number, and how many have a result already."""
 
     def on_unreadable(self, count: int) -> None:
-        """Take the number of cases that run again because their rows in the ledger cannot be read."""
+        """Called with the number of cases that run again, because their ledger rows are unreadable."""
 
     def on_case_end(self, case: Case, how: str) -> None:
-        """Take a case that has ended, after its result was kept, and how it ended (an outcome)."""
+        """Called when the result of a case has been kept, with the word for how it ended."""
 
 
 SILENT_WATCHER = Watcher()
@@ -172,7 +172,7 @@ def _process_unclaimed(
 
 
 def _cancel_waiting(flying: Iterable[Future[Result]]) -> list[Future[Result]]:
-    """Cancel the futures that have not begun, and return those that have a result."""
+    """Cancel the futures that have not begun, and return the futures with a result."""
     for future in flying:
         future.cancel()
     return [one for one in flying if one.done() and not one.cancelled() and one.exception() is None]

@@ -1,4 +1,4 @@
-"""Calls in processes of this machine: a call that crashes, hangs or fills memory fails alone."""
+"""Calls in processes of this machine; one that crashes, hangs or fills memory fails alone."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class RetryingExecutor(Executor):
 
     @contextmanager
     def _exclusive(self) -> Iterator[None]:
-        """Hold all places, so that no other call is being made."""
+        """Hold the places of all calls, so that no other call is made meanwhile."""
         with self._lone:
             for _ in range(self._count):
                 self._places.acquire()
@@ -96,7 +96,7 @@ class RetryingExecutor(Executor):
             self._places.release(self._count)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Wait for calls, or cancel those that have not begun; then end the processes."""
+        """Wait for calls, or cancel the waiting calls; then end the processes."""
         self._threads.shutdown(wait=wait, cancel_futures=cancel_futures)
         if wait:
             self.stop()
@@ -164,7 +164,7 @@ class LocalProcesses(RetryingExecutor):
             worker.end()
 
     def _take_worker(self, engine: str | None) -> WorkerProcess:
-        """Return a worker, idle or new, in which no plugin engine but the given one has run."""
+        """Return a worker, idle or new, that has run no plugin engine but the given one."""
         with self._lock:
             if self._stopped:
                 raise WorkerDied("ended before it began")
@@ -213,7 +213,7 @@ class FailedCall:
 
     @classmethod
     def from_error(cls, error: TimeoutError | MemoryError | WorkerDied) -> FailedCall:
-        """Convert an error that an executor raised for a call."""
+        """Return the failed call for an error that an executor raised."""
         outcomes = {TimeoutError: Outcome.TIMED_OUT, MemoryError: Outcome.OUT_OF_MEMORY}
         return cls(outcomes.get(type(error), Outcome.CRASHED), str(error) or "there was no more")
 

@@ -154,7 +154,7 @@ class Runner:
                 return run_cases(cases, self.ledger, executor, fresh=self.runs.fresh, watcher=watcher)
 
     def time(self, cases: list[RunCase]) -> dict[str, Timing]:
-        """Time cases one at a time on this machine; return timings by key, where there are any."""
+        """Time cases one at a time on this machine; return the timings by key."""
         fresh = self.runs.fresh
         with self.runs.progress("costs", "timed") as watcher:
             return time_cases(cases, self.ledger, timeout=self.runs.timeout, fresh=fresh, watcher=watcher)

@@ -67,7 +67,7 @@ class CallLimits:
             raise InvalidInput(f"--cell-memory: {self.memory} bytes for a run is no memory at all")
 
     def limit_for(self, outcome: str) -> float | None:
-        """Return the limit that ends a run with this outcome, [s] or [bytes]; None if there is none."""
+        """Return the limit, [s] or [bytes], that ends a run with an outcome; None for other outcomes."""
         return {Outcome.TIMED_OUT.slug: self.timeout, Outcome.OUT_OF_MEMORY.slug: self.memory}.get(outcome)
 
     def allow_more(self, outcome: str, allowed: float) -> bool:
@@ -254,7 +254,7 @@ def start_failure_message(how: str) -> str:
 
 
 def import_path() -> list[str]:
-    """Return a worker's import path: as in this process, with conrod, without the working folder."""
+    """Return a worker's import path: this process's, with conrod, without the working folder."""
     # An empty entry is the working folder, for an interpreter that was given no script.
     path = [entry for entry in sys.path if entry]
     return path if SOURCE_FOLDER in path else [SOURCE_FOLDER, *path]
@@ -265,7 +265,7 @@ BLAS_BUFFER_BYTES, BLAS_MATRIX_SIZE = 1 << 27, 256
 
 
 def allocate_blas_buffer() -> None:
-    """Allocate OpenBLAS's buffer now if memory is limited; a later failure would end the process.
+    """Allocate OpenBLAS's buffer now if memory is limited; failing later would end the process.
 
     Raises:
         InvalidInput: there is too little address space.

@@ -147,7 +147,7 @@ class ForceComparison:
     """
 
     def __init__(self, scene: ExactReference, tracks: ForceTracks, peaks: Peaks, step: float) -> None:
-        """Compare.
+        """Compare reported forces with exact forces at the instants of the run.
 
         Args:
             step: step size of the run [s].
@@ -211,7 +211,7 @@ class ExpectedForceErrors:
         self._share, self._peaks = expected.share, peaks
 
     def largest_error(self, names: Sequence[str]) -> float:
-        """Largest expected error of some quantities over their peaks, increased by the law's doubt."""
+        """Largest expected error of some quantities over their peaks, plus the law's uncertainty."""
         found = [
             float(np.abs(self._errors.signed_errors(name)).max(initial=0.0)) / self._peaks[name][0]
             for name in names

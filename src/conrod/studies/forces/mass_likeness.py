@@ -1,8 +1,9 @@
 """Likeness of the errors of reported forces to the effect of a wrong mass.
 
 The errors e of all quantities and instants, over their peaks and minus the errors that the engine's law expects, are
-projected on the effect s of a change of a mass property, by the exact sensitivities: likeness = e . s / s . s. That
-detects a smaller wrong mass than a tolerance can, which has to allow the engine's own errors.
+projected on the effect s of a detectable change of a mass property, by the exact sensitivities:
+likeness = e . s / s . s. That detects a smaller wrong mass than a tolerance can, which has to allow the engine's own
+errors.
 """
 
 from __future__ import annotations
@@ -44,12 +45,12 @@ def visible_properties(scene: ExactReference, names: Sequence[str], peaks: Peaks
 def mass_likenesses(
     scene: ExactReference, measured: ForceComparison, names: Sequence[str], law: ExpectedForceErrors | None = None
 ) -> dict[str, float]:
-    """Return by "body.property" how many changes that are to be seen the errors look like.
+    """Return by "body.property" how many detectable changes of it the errors look like.
 
-    Such a change is 1 % of a mass, 1 % of a length, 5 % of an inertia. Left out are properties that no quantity depends
-    on, and those for which the errors scatter too much: with contact, in a run of few steps. A wrong mass is claimed
-    only if it explains the errors, by the share of them that it leaves (`_drop_unexplained`): errors of an engine that
-    has no law of them have a projection on every mass.
+    A detectable change is 1 % of a mass, 1 % of a length, 5 % of an inertia. Left out are properties that no quantity
+    depends on, and those for which the errors scatter too much: with contact, in a run of few steps. A wrong mass is
+    claimed only if it explains the errors, by the share of them that it leaves (`_drop_unexplained`): errors of an
+    engine that has no law of them have a projection on every mass.
 
     Args:
         names: quantities that count; those that the engine does not report are left out.

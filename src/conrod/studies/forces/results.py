@@ -12,7 +12,7 @@ from conrod.exact.dynamics.inverse import TORQUE
 from conrod.studies.frame.result import AS_ASKED, Result, SceneResults, misfit_words
 
 GROUPS = ("torque", "reactions", "contact")
-# Errors that look like half of a change that is to be seen look like a wrong mass.
+# A wrong mass is claimed from errors that look like more than half of a detectable change of it.
 MIN_LIKENESS = 0.5
 
 
@@ -58,7 +58,7 @@ class ForceResult(Result):
         order: observed order by group and by quantity.
         misfit: misfit of the exact motion in the joint equations, as in `ValidationResult`.
         tolerance, reason_of_tolerance: allowed error by group, and its reason.
-        likeness: by "body.property", how many changes that are to be seen the errors look like.
+        likeness: by "body.property", how many detectable changes of it the errors look like.
     """
 
     preset: str

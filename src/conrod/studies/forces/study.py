@@ -30,7 +30,7 @@ NO_CONTACT_REASON = "no joint of the machine acts by contact"
 
 @dataclass(frozen=True)
 class ForcePlan(Plan):
-    """Plan of the runs; its tolerances are by group.
+    """Plan of the runs of a study of forces; tolerances are by group of quantities.
 
     Attributes:
         quantities: requested groups of quantities, of `GROUPS`.

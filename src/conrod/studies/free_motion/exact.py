@@ -144,7 +144,7 @@ def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, reduce
 
 
 def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
-    """Refuse a motion in which a follower would leave its cam.
+    """Refuse a motion that would lift a follower off its cam.
 
     Raises:
         InvalidInput: the cam would have to pull, since the exact motion keeps the follower on it; names the time.

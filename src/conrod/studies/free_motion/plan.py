@@ -154,7 +154,7 @@ def refine_grid(plan: MotionPlan, grid: TimeGrid, mechanism: Mechanism, pace: Pa
 
 
 def fastest_turn_period(mechanism: Mechanism, motion: FreeMotion) -> float:
-    """Return the shortest period 2 pi max|v| / max|a| of an observed point [s]; inf if none moves.
+    """Return the shortest period 2 pi max|v| / max|a| of observed points [s]; inf if none moves.
 
     That is the period of a point which moves on a circle, or oscillates harmonically.
     """

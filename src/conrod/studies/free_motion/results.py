@@ -119,6 +119,6 @@ class MotionStudy(SceneResults[MotionResult]):
 
     @property
     def passed(self) -> bool:
-        """True if no judged result failed, and the exact motion is fit to judge by, if any is judged."""
+        """True if no judged result failed, and the exact motion is fit to judge by if any is."""
         judged = any(result.passed is not None for result in self.results)
         return super().passed and (self.exact.drift <= MAX_EXACT_DRIFT or not judged)

@@ -111,7 +111,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
 def prepare_run(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan, start_angle: float = 0.0
 ) -> tuple[ValidationResult, Any, float]:
-    """Return a result without errors but with its tolerance, the settings, and start angle [rad].
+    """Return a result without errors but with tolerance, the settings, and start angle [rad].
 
     The outcome of the result is `unsupported` if the engine refuses the machine.
 
@@ -131,7 +131,7 @@ def prepare_run(
 
 
 def empty_result(name: str, scene: Scene, engine: Engine[Any], preset: str | None, plan: Plan) -> ValidationResult:
-    """Return a result without measurements; if there is no preset, of kinematic mode."""
+    """Return a result without measurements; of kinematic mode if the preset is None."""
     kinematic = preset is None
     return ValidationResult(
         scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,

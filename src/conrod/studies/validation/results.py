@@ -17,14 +17,21 @@ Mode = Literal["kinematic", "dynamic"]
 
 @dataclass(frozen=True)
 class Tolerance:
-    """Largest allowed errors by quantity, over L, omega L and omega^2 L; None if unjudged."""
+    """Largest allowed errors by quantity, over L, omega L and omega^2 L; None if unjudged.
+
+    Attributes:
+        total: of the position at the nominal time, over L.
+        velocity_rms: of the velocity, as rms over the run.
+        phase: of the crank angle at the nominal time [rad].
+        reason: the laws that the limits follow from, in words.
+    """
 
     position: float | None = None
     velocity: float | None = None
     acceleration: float | None = None
     total: float | None = None
     velocity_rms: float | None = None
-    phase: float | None = None  # [rad]
+    phase: float | None = None
     reason: str = ""
 
     def limits(self) -> dict[str, float]:
@@ -67,7 +74,7 @@ class RefinementPoint:
 
 @dataclass(frozen=True)
 class DefectVerdict:
-    """Verdict on a kind of planted defect: whether it is noticed, and from which size.
+    """Verdict on a kind of planted defect: whether it is noticed, and its least noticed size.
 
     Attributes:
         defect: name of the kind of defect.
