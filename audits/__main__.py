@@ -8,13 +8,13 @@ from pathlib import Path
 from audits.judged import DOCUMENTS, PAGES, audited
 from audits.report.pages import KIND
 from conrod.crash import run_guarded
+from conrod.execution.files import folder_to_write
+from conrod.execution.writing import Batch, write_together
+from conrod.models.printed.report import counts_table
 from conrod.report.folder import ReportFolder
 from conrod.report.kind import KINDS, Reproduction
-from conrod.report.printed_values import counts_table
 from conrod.report.terminal import console, print_table
 from conrod.report.writer import report_batch
-from conrod.studies.frame.files import folder_to_write
-from conrod.studies.frame.writing import Batch, write_together
 
 KINDS[KIND.name] = "audits.report.pages"
 

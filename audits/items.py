@@ -9,7 +9,7 @@ from importlib.resources import files
 
 from audits.judging import Item
 from conrod.errors import InvalidInput
-from conrod.own.printed.verdicts import PrintedNumber
+from conrod.models.printed.verdicts import PrintedNumber
 
 COLUMNS = ("key", "place", "line", "quantity", "condition", "printed", "unit", "mechanism")
 

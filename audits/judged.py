@@ -5,7 +5,7 @@ from __future__ import annotations
 from audits.documents import cam, module, press, saw
 from audits.notes import NOTES
 from conrod.errors import unknown_choice
-from conrod.own.printed.verdicts import AuditedDocument, PrintedVerdict
+from conrod.models.printed.verdicts import AuditedDocument, PrintedVerdict
 
 # Document -> what judges it.
 DOCUMENTS = {"000": press.verdicts, "001": module.verdicts, "002": saw.verdicts, "004": cam.verdicts}

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from conrod.own.printed.verdicts import PrintedNumber, PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedNumber, PrintedVerdict, VerdictKind
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.machine import described
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Trajectory, concatenate_pieces
 from conrod.crash import run_guarded
 from conrod.engines import engine_named
 from conrod.engines.engine import Engine, Machine
@@ -25,14 +27,12 @@ from conrod.engines.mjx import engine as rollout
 from conrod.engines.mujoco import MuJoCoSettings, dynamics
 from conrod.engines.mujoco.model import build
 from conrod.exact.motion import Array
+from conrod.execution.files import folder_to_write
+from conrod.execution.writing import Batch as Files
+from conrod.execution.writing import write_together
 from conrod.report.table import table
 from conrod.report.template import table_text
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Trajectory, concatenate_pieces
 from conrod.scenes import SCENES, Scene
-from conrod.studies.frame.files import folder_to_write
-from conrod.studies.frame.writing import Batch as Files
-from conrod.studies.frame.writing import write_together
 
 DRAWING: Any = SCENES["saw-500rpm"]
 TOLERANCES = {"crank": 0.3e-3, "rod": 0.5e-3, "offset": 0.3e-3}  # [m], ISO 2768-1 m: 30 to 120 mm, 120 to 400 mm

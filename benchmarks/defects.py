@@ -8,11 +8,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from conrod.comparison.trajectory import Instants, Piece, Track
 from conrod.engines import engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability
 from conrod.engines.engine import run_extent
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Instants, Piece, Track
 from conrod.studies.detection.defects import (
     MASS_DEFECT,
     MOTION_DEFECTS,

@@ -18,21 +18,21 @@ from matplotlib.figure import Figure
 
 from benchmarks.defects import DetectionCase
 from benchmarks.healthy import VariantCase, variant
+from conrod.comparison.plain_values import json_document, plain_values
 from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
+from conrod.execution.case import Study
+from conrod.execution.files import folder_to_write
+from conrod.execution.result import case_results
+from conrod.execution.runner import Runner, Runs
+from conrod.execution.writing import Batch, write_together
 from conrod.report import numbers
 from conrod.report.charts.canvas import add_legend_above, drawing_style, set_log_axis, set_rows, svg_text
 from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.results import engine_and_preset
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
-from conrod.runs.plain_values import json_document, plain_values
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
-from conrod.studies.execution.runner import Runner, Runs
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.files import folder_to_write
-from conrod.studies.frame.result import case_results
-from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import DefectVerdict, ValidationResult
 

@@ -7,13 +7,13 @@ import random
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from conrod.comparison.run_errors import RunErrors
+from conrod.comparison.trajectory import Outcome
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
-from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import Outcome
+from conrod.execution.result import EngineCase
 from conrod.scenes import Scene
-from conrod.studies.frame.result import EngineCase
 from conrod.studies.validation.plan import Plan, empty_result, prepare_run
 from conrod.studies.validation.results import ValidationResult
 

@@ -13,11 +13,11 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.studies.execution.dispatch import Watcher, run_cases
-from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.case import Case, Measurement
-from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.run import RunCase, measure
+from conrod.execution.case import Case, Measurement
+from conrod.execution.dispatch import Watcher, run_cases
+from conrod.execution.ledger import Ledger
+from conrod.execution.local import LocalProcesses
+from conrod.execution.run import RunCase, measure
 
 SAW = Saw(speed=52.36)
 RUNS, BATCH = 100_000, 1000

@@ -11,11 +11,11 @@ import mujoco
 from benchmarks.row import Row
 from benchmarks.side_by_side import against, cpu_seconds, interleaved
 from conrod import MuJoCoSettings, Saw
+from conrod.comparison.trajectory import PointTracks
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.engine import MUJOCO_ENGINE
 from conrod.engines.mujoco.model import MuJoCoModel, build
 from conrod.engines.run import run_in_one_piece
-from conrod.runs.trajectory import PointTracks
 
 SAW = Saw(speed=52.36)
 STEPS_PER_TURN, STEPS = 1000, 100_000

@@ -13,19 +13,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from conrod.api.loops import check_model_loops
+from conrod.comparison.trajectory import Outcome
 from conrod.crash import run_guarded
 from conrod.errors import InvalidInput
-from conrod.mjcf.loops.results import LoopRequest, LoopStudy
+from conrod.execution.files import folder_to_write
+from conrod.execution.writing import write_together
+from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.models.loops.api import check_model_loops
+from conrod.models.loops.report import KIND, shipped_words
 from conrod.report.kind import SCENE, Reproduction
-from conrod.report.loops import KIND, shipped_words
 from conrod.report.numbers import measured_text, quantity
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.report.writer import report_batch
-from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.files import folder_to_write
-from conrod.studies.frame.writing import write_together
 
 MENAGERIE = "google-deepmind/mujoco_menagerie"
 # Repositories with the commit that the page was made of.

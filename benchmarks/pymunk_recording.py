@@ -13,13 +13,13 @@ from pymunk._chipmunk_cffi import lib
 from benchmarks.row import Row
 from benchmarks.side_by_side import Side, against, cpu_seconds, interleaved
 from conrod import PymunkSettings, Saw
+from conrod.comparison.trajectory import PointTracks
 from conrod.engines.pymunk.dynamics import crank_angles, point_tracks, sample_instants
 from conrod.engines.pymunk.engine import PYMUNK_ENGINE
 from conrod.engines.pymunk.space import PymunkSpace, build
 from conrod.engines.pymunk.stepping import advance, advance_unrecorded
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import PointTracks
 
 SAW = Saw(speed=52.36)
 STEPS_PER_TURN, STEPS = 1000, 100_000

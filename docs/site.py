@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from conrod.report.html.markdown import Place, render_html
 from conrod.report.html.page import PageSection, html_document, image_html, page_sections, tiles_html
 from conrod.report.kind import KINDS
-from conrod.studies.frame.writing import Batch, write_together
+from conrod.execution.writing import Batch, write_together
 
 ROOT = Path(__file__).parents[1]
 ENTRANCE, DOCS, REPORTS = "README.md", "docs", "reports"

@@ -23,11 +23,11 @@ def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Users' files are looked at in this process: to begin another takes longer than the look."""
     # What `call_on_file` calls, for modules that are imported meanwhile keep `call_on_file` itself.
-    monkeypatch.setattr("conrod.studies.execution.local.call_isolated", lambda task, *given, **_: task(*given))
+    monkeypatch.setattr("conrod.execution.local.call_isolated", lambda task, *given, **_: task(*given))
 
 
 if "MUTANT_UNDER_TEST" in os.environ:  # `make mutants` sees which tests reach a function in this process alone
-    from conrod.studies.execution import worker_process
+    from conrod.execution import worker_process
 
     if os.environ["MUTANT_UNDER_TEST"] == "stats":
         # A worker has nobody to tell which functions are reached, and mutmut would end it.

@@ -31,9 +31,9 @@ FORBIDDEN = [
     ("conrod.report", "conrod.engines.pymunk", "a saved study is rendered where no engine is installed"),
     ("conrod.engines.mujoco", "conrod.engines.pymunk", "one engine a package"),
     ("conrod.engines.pymunk", "conrod.engines.mujoco", "one engine a package"),
-    ("conrod.own.tables", "conrod.engines.mujoco", "a table is of any tool"),
-    ("conrod.own.tables", "conrod.engines.pymunk", "a table is of any tool"),
-    ("conrod.own.printed", "conrod.engines", "print is held against the exact motion, with no engine"),
+    ("conrod.models.tables", "conrod.engines.mujoco", "a table is of any tool"),
+    ("conrod.models.tables", "conrod.engines.pymunk", "a table is of any tool"),
+    ("conrod.models.printed", "conrod.engines", "print is held against the exact motion, with no engine"),
     ("conrod", "audits", "the documents' audits are an application of conrod, not installed with it"),
     ("conrod.engines.mujoco.variants", "mujoco", "variations are of plain values"),
     ("conrod.engines.pymunk.variants", "pymunk", "grids and variations are of plain values"),
@@ -115,7 +115,9 @@ def test_imports_go_down_the_floors() -> None:
     assert climbs(GRAPH) == []
     # Negative controls: an import upwards, and one between neighbours.
     assert climbs({"conrod.exact.jet": {"conrod.report.canvas"}}) == [("conrod.exact.jet", "conrod.report.canvas")]
-    assert climbs({"conrod.runs.outcome": {"conrod.scenes.scene"}}) == [("conrod.runs.outcome", "conrod.scenes.scene")]
+    assert climbs({"conrod.comparison.outcome": {"conrod.scenes.scene"}}) == [
+        ("conrod.comparison.outcome", "conrod.scenes.scene")
+    ]
 
 
 def test_nothing_that_belongs_to_a_room_lies_at_the_root() -> None:
@@ -199,9 +201,9 @@ TOLD = (["--help"], ["--version"], ["validate", "--help"], ["show", "--help"])
 LIGHT = {
     "import conrod": (*HEAVY, "importlib.metadata"),
     **{f"sys.argv = {['conrod', *words]!r}; from conrod.cli import main; main()": HEAVY for words in TOLD},
-    "import conrod.studies.execution.cluster, conrod.studies.execution.local": ("distributed",),
+    "import conrod.execution.cluster, conrod.execution.local": ("distributed",),
     # A report is drawn without a window system.
-    "import conrod.report.validation, conrod.report.drawing.drawing": (
+    "import conrod.studies.validation.report, conrod.report.drawing.drawing": (
         "mujoco", "pymunk", "conrod.engines.mujoco", "conrod.engines.pymunk", "matplotlib.pyplot"
     ),
     "from conrod import Saw; from conrod.engines.mujoco.standalone import standalone_mjcf; "

@@ -13,8 +13,8 @@ from benchmarks.side_by_side import against, interleaved
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.stepping import advance
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.ledger import Ledger
+from conrod.execution.case import Measurement
+from conrod.execution.ledger import Ledger
 
 STEPS = 300
 

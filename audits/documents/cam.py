@@ -16,7 +16,7 @@ from audits.formulas.cam_checks import FORMULAS, arguments
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
 from audits.judging import Case, Explanation, Item, judge
-from conrod.own.printed.verdicts import PrintedVerdict
+from conrod.models.printed.verdicts import PrintedVerdict
 
 DOCUMENT = "004"
 GRID = np.arange(0.0, 181.0, 10.0)  # [deg], the document's table

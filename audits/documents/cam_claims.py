@@ -8,7 +8,7 @@ import numpy as np
 
 from audits.cam_survey import CamSurvey, cams, surveys
 from audits.documents.arc_cam import ArcCam
-from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedVerdict, VerdictKind
 
 LIFT, VELOCITY, ACCELERATION, JERK = range(4)
 ANGLES = np.arange(1.0, 180.0)  # [deg]

@@ -15,7 +15,7 @@ from audits.items import shipped_items
 from audits.judging import judge
 from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
-from conrod.own.printed.verdicts import PrintedNumber, PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedNumber, PrintedVerdict, VerdictKind
 
 
 @dataclass(frozen=True)

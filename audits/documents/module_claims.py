@@ -11,7 +11,7 @@ from audits.documents.module_linkages import SixBar
 from audits.pin_instant import size, turned
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedVerdict, VerdictKind
 from conrod.scenes import catalogue_scene
 
 TWO_SLIDERS = "two-slider-linkage"  # Example 4.10 in the catalogue

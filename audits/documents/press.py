@@ -17,7 +17,7 @@ from audits.formulas.press import FORMULAS
 from audits.formulas.published import verdict_on
 from audits.judging import Case, Explanation, Item, judge
 from conrod.exact.motion import Array
-from conrod.own.printed.verdicts import PrintedNumber, PrintedVerdict
+from conrod.models.printed.verdicts import PrintedNumber, PrintedVerdict
 from conrod.scenes import ShearPress
 
 DOCUMENT = "000"

@@ -9,7 +9,7 @@ from audits.formulas import listing_names, saw, saw_listing, saw_vectors
 from audits.formulas.published import verdict_on
 from audits.items import shipped_items
 from audits.judging import Case, Item, judge
-from conrod.own.printed.verdicts import PrintedVerdict
+from conrod.models.printed.verdicts import PrintedVerdict
 from conrod.scenes import Saw
 
 DOCUMENT = "002"

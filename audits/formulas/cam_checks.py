@@ -9,7 +9,7 @@ import numpy as np
 
 from audits.formulas import cam
 from audits.formulas.published import Formula, Published, derivative
-from conrod.own.printed.verdicts import VerdictKind
+from conrod.models.printed.verdicts import VerdictKind
 
 
 def arguments() -> dict[str, Any]:

@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator
 from importlib.resources import files
 
-from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedVerdict, VerdictKind
 
 FIRST_LINE = 136  # of the listing in the document's text
 KNOWN = {

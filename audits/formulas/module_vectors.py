@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from audits.formulas.published import Formula, Published, verdict_on
-from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedVerdict, VerdictKind
 
 PIVOTS = {"A": "O2", "C": "O5"}
 POINTS = ("A", "B", "C", "D", "X4", "Y4", "O2", "O5")

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from conrod.own.printed.verdicts import PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import PrintedVerdict, VerdictKind
 
 # A formula takes arrays of one shape, real or complex, by name.
 Formula: TypeAlias = Callable[..., Any]

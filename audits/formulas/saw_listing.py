@@ -13,7 +13,7 @@ import numpy as np
 
 from audits.formulas.published import Formula, Published
 from conrod.exact.motion import Array
-from conrod.own.printed.verdicts import VerdictKind
+from conrod.models.printed.verdicts import VerdictKind
 from conrod.scenes import RPM, Saw
 
 R1, R2, R3, R5 = 180.0, 100.0, 300.0, 90.0  # [mm], lines 138 to 141

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from conrod.own.printed.verdicts import DIGITS, PrintedVerdict, VerdictKind
+from conrod.models.printed.report import escape_marks, verdict_text
+from conrod.models.printed.verdicts import DIGITS, PrintedVerdict, VerdictKind
 from conrod.report.numbers import MISSING, quantity, round_to_digits
-from conrod.report.printed_values import escape_marks, verdict_text
 from conrod.report.table import Table, table
 
 # Wrong steps first, because other numbers follow from them.

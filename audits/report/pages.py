@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import Any
 
 from audits.report import corrections, sections
-from conrod.own.printed.verdicts import AuditedDocument, PrintedNumber, PrintedVerdict
-from conrod.report import printed_values
+from conrod.models.printed import report as printed_values
+from conrod.models.printed.verdicts import AuditedDocument, PrintedNumber, PrintedVerdict
 
 # Digits of an exact value beyond the printed ones, and of a difference, that are saved; significant ones of a share.
 SAVED, DIFFERENCE, OFF = 6, 4, 4

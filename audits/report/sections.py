@@ -11,9 +11,9 @@ from audits.formulas.published import SAME
 from audits.listing_survey import runs
 from audits.report.cam_figures import pressure_angle, series_error
 from audits.report.corrections import share_text
+from conrod.models.printed.report import escape_marks, unsigned_zero
 from conrod.report.figure import Figure
 from conrod.report.numbers import quantity
-from conrod.report.printed_values import escape_marks, unsigned_zero
 from conrod.report.table import Table, table
 
 Block: TypeAlias = str | Table | Figure

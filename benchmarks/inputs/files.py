@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.inputs.edits import replaced, rounded, saw, toml
 from benchmarks.inputs.input import Input, healthy, wrong
-from conrod.report.fmu import fmu
+from conrod.models.export.fmu import fmu
 from conrod.scenes import SCENES
 
 MECHANISMS, PRINTED = "mechanism files", "printed values, FMUs, settings"

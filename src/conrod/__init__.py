@@ -10,45 +10,45 @@ found.write("reports/saw")
 # Nothing is imported here, not even from __future__: the working folder may still be searched, see `__main__`.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
-    from conrod.api.ablate import ablate as ablate
-    from conrod.api.audit import audit as audit
-    from conrod.api.check import check as check
-    from conrod.api.export import export as export
-    from conrod.api.fmu import check_fmu as check_fmu
-    from conrod.api.forces import forces as forces
-    from conrod.api.free_motion import free_motion as free_motion
-    from conrod.api.harden import harden as harden
-    from conrod.api.invariances import invariances as invariances
-    from conrod.api.limits import limits as limits
-    from conrod.api.lint import lint as lint
-    from conrod.api.loops import check_loops as check_loops
-    from conrod.api.model import check_model as check_model
-    from conrod.api.sweep import recommend as recommend
-    from conrod.api.sweep import sweep as sweep
-    from conrod.api.table import check_table as check_table
-    from conrod.api.validate import validate as validate
-    from conrod.api.versions import versions as versions
+    from conrod.comparison.compare import Comparison as Comparison
+    from conrod.comparison.compare import compare as compare
+    from conrod.comparison.trajectory import Outcome as Outcome
+    from conrod.comparison.trajectory import Trajectory as Trajectory
     from conrod.engines.mujoco import MuJoCoSettings as MuJoCoSettings
     from conrod.engines.pymunk import PymunkSettings as PymunkSettings
     from conrod.engines.run import run as run
     from conrod.errors import InvalidInput as InvalidInput
     from conrod.exact import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
+    from conrod.execution.baseline import BaselineComparison as BaselineComparison
+    from conrod.execution.baseline import Drift as Drift
+    from conrod.execution.resolve_arguments import scene as scene
+    from conrod.execution.runner import Runs as Runs
     from conrod.mechanism.mechanism import Mechanism as Mechanism
+    from conrod.models.check.api import check_model as check_model
+    from conrod.models.check.dispatch import check as check
+    from conrod.models.export.api import export as export
+    from conrod.models.fmu.api import check_fmu as check_fmu
+    from conrod.models.harden.api import harden as harden
+    from conrod.models.invariances.api import invariances as invariances
+    from conrod.models.lint.api import lint as lint
+    from conrod.models.loops.api import check_loops as check_loops
+    from conrod.models.printed.api import audit as audit
+    from conrod.models.tables.api import check_table as check_table
     from conrod.report.findings import Findings as Findings
-    from conrod.runs.comparison import Comparison as Comparison
-    from conrod.runs.comparison import compare as compare
-    from conrod.runs.trajectory import Outcome as Outcome
-    from conrod.runs.trajectory import Trajectory as Trajectory
     from conrod.scenes import SCENES as SCENES
     from conrod.scenes import CamFollower as CamFollower
     from conrod.scenes import Saw as Saw
     from conrod.scenes import Scene as Scene
     from conrod.scenes import ShearPress as ShearPress
-    from conrod.studies.execution.runner import Runs as Runs
-    from conrod.studies.frame.baseline import BaselineComparison as BaselineComparison
-    from conrod.studies.frame.baseline import Drift as Drift
-    from conrod.studies.frame.resolve_arguments import scene as scene
+    from conrod.studies.ablate.api import ablate as ablate
+    from conrod.studies.forces.api import forces as forces
+    from conrod.studies.free_motion.api import free_motion as free_motion
+    from conrod.studies.limits.api import limits as limits
+    from conrod.studies.sweep.api import recommend as recommend
+    from conrod.studies.sweep.api import sweep as sweep
+    from conrod.studies.validation.api import validate as validate
+    from conrod.studies.versions.api import versions as versions
 
     __version__: str
 
@@ -61,23 +61,23 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THRE
 
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
-    "conrod.api.ablate": ("ablate",),
-    "conrod.api.audit": ("audit",),
-    "conrod.api.check": ("check",),
-    "conrod.api.model": ("check_model",),
-    "conrod.api.table": ("check_table",),
-    "conrod.api.fmu": ("check_fmu",),
-    "conrod.api.export": ("export",),
-    "conrod.api.forces": ("forces",),
-    "conrod.api.free_motion": ("free_motion",),
-    "conrod.api.invariances": ("invariances",),
-    "conrod.api.limits": ("limits",),
-    "conrod.api.loops": ("check_loops",),
-    "conrod.api.harden": ("harden",),
-    "conrod.api.lint": ("lint",),
-    "conrod.api.sweep": ("recommend", "sweep"),
-    "conrod.api.validate": ("validate",),
-    "conrod.api.versions": ("versions",),
+    "conrod.studies.ablate.api": ("ablate",),
+    "conrod.models.printed.api": ("audit",),
+    "conrod.models.check.dispatch": ("check",),
+    "conrod.models.check.api": ("check_model",),
+    "conrod.models.tables.api": ("check_table",),
+    "conrod.models.fmu.api": ("check_fmu",),
+    "conrod.models.export.api": ("export",),
+    "conrod.studies.forces.api": ("forces",),
+    "conrod.studies.free_motion.api": ("free_motion",),
+    "conrod.models.invariances.api": ("invariances",),
+    "conrod.studies.limits.api": ("limits",),
+    "conrod.models.loops.api": ("check_loops",),
+    "conrod.models.harden.api": ("harden",),
+    "conrod.models.lint.api": ("lint",),
+    "conrod.studies.sweep.api": ("recommend", "sweep"),
+    "conrod.studies.validation.api": ("validate",),
+    "conrod.studies.versions.api": ("versions",),
     "conrod.engines.mujoco": ("MuJoCoSettings",),
     "conrod.engines.pymunk": ("PymunkSettings",),
     "conrod.engines.run": ("run",),
@@ -86,12 +86,12 @@ _PUBLIC = {
     "conrod.exact": ("GenericReference",),
     "conrod.mechanism.mechanism": ("Mechanism",),
     "conrod.report.findings": ("Findings",),
-    "conrod.studies.execution.runner": ("Runs",),
-    "conrod.runs.comparison": ("Comparison", "compare"),
-    "conrod.runs.trajectory": ("Outcome", "Trajectory"),
+    "conrod.execution.runner": ("Runs",),
+    "conrod.comparison.compare": ("Comparison", "compare"),
+    "conrod.comparison.trajectory": ("Outcome", "Trajectory"),
     "conrod.scenes": ("SCENES", "CamFollower", "Saw", "Scene", "ShearPress"),
-    "conrod.studies.frame.baseline": ("BaselineComparison", "Drift"),
-    "conrod.studies.frame.resolve_arguments": ("scene",),
+    "conrod.execution.baseline": ("BaselineComparison", "Drift"),
+    "conrod.execution.resolve_arguments": ("scene",),
 }
 _HOMES: dict[str, str] = {}
 for _module, _names in _PUBLIC.items():

@@ -17,11 +17,11 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Outcome, Trajectory, concatenate_pieces
 from conrod.engines.capabilities import KinematicMode, MissingCapability, capability
 from conrod.engines.engine import Engine, judged_preset
 from conrod.exact.motion import Array
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Outcome, Trajectory, concatenate_pieces
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 
 QUANTITIES = ("position", "velocity", "acceleration")

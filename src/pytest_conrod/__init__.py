@@ -68,7 +68,7 @@ def _check(
 ) -> Findings[Any]:
     __tracebackhide__ = True
     import conrod
-    from conrod.studies.frame.baseline import OtherBaseline
+    from conrod.execution.baseline import OtherBaseline
 
     try:
         # Models with driven joints are compared with their exact motion alone.

@@ -77,8 +77,8 @@ def _printed_values(folder: Path) -> Path:
 @pytest.fixture(autouse=True)
 def quickly(at_once: None, undrawn: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Workers that are kept, steps that are timed coarsely."""
-    monkeypatch.setattr("conrod.studies.execution.local.WorkerProcess", kept_worker)
-    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.execution.local.WorkerProcess", kept_worker)
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
 
 
 @pytest.fixture(scope="module")

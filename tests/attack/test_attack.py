@@ -28,10 +28,10 @@ import cell_tasks as tasks
 import model_mutants as models
 import pytest
 
-from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.results_table import TIMING_FIELDS
-from conrod.studies.frame.writing import TEMPORARY_PREFIX
+from conrod.execution.ledger import Ledger
+from conrod.execution.local import LocalProcesses
+from conrod.execution.results_table import TIMING_FIELDS
+from conrod.execution.writing import TEMPORARY_PREFIX
 from tests.support.command_line import conrod
 
 pytestmark = pytest.mark.slow

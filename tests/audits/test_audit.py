@@ -25,7 +25,7 @@ from audits.judging import Case, Explanation, Item, judge
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
-from conrod.own.printed.verdicts import PrintedNumber, VerdictKind
+from conrod.models.printed.verdicts import PrintedNumber, VerdictKind
 from conrod.report.writer import render_again
 from conrod.scenes import ShearPress, catalogue_scene
 

@@ -15,7 +15,7 @@ from audits.documents import module_claims
 from audits.formulas import listing_names, saw_listing
 from audits.formulas.published import SAME, Formula, derivative, discrepancy, verdict_on
 from audits.listing_survey import runs
-from conrod.own.printed.verdicts import VerdictKind
+from conrod.models.printed.verdicts import VerdictKind
 
 DOCUMENTS = (
     "press", "press_steps", "module", "module_relations", "module_vectors", "saw", "saw_vectors", "saw_listing",

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from command_line import conrod, refusal
 
-from conrod.studies.frame.baseline import read_baseline
+from conrod.execution.baseline import read_baseline
 from tests.report.test_frame import contents, study, write
 
 ROOT = Path(__file__).parents[2]

@@ -16,7 +16,7 @@ from command_line import conrod, kept_worker
 from table_files import csv_text, exact_table
 
 from conrod import SCENES, InvalidInput, check, scene
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.study import TableStudy
 
 pytestmark = pytest.mark.usefixtures("at_once")
 ROOT = Path(__file__).parents[2]
@@ -65,7 +65,7 @@ def test_a_table_is_judged_from_a_file_from_arrays_and_from_a_frame(tmp_path: Pa
 def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conrod.studies.execution.local.WorkerProcess", kept_worker)
+    monkeypatch.setattr("conrod.execution.local.WorkerProcess", kept_worker)
     file, asked = tmp_path / "saw.json", {"engines": "mujoco", "preset": "hardened", "steps_per_rev": 50}
     typed = ("validate", "saw-500rpm", "--engine=mujoco", "--preset=hardened", "--steps-per-rev=50")
     done = conrod(*typed, "--baseline", str(file))

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("at_once")
 @pytest.fixture(autouse=True)
 def timed_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps are timed as coarsely as may be: all else takes less."""
-    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
 
 
 # -- what is refused ---------------------------------------------------------------------------------------------------

@@ -89,7 +89,7 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
     [
         ("conrod.report.figure.Figure.svg", KeyboardInterrupt, 130, "interrupted"),
         (
-            "conrod.studies.execution.runner.pursue",
+            "conrod.execution.runner.pursue",
             MemoryError,
             2,
             "out of memory: fewer --steps-per-rev or --revolutions",

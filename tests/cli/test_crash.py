@@ -122,11 +122,11 @@ def test_the_traceback_is_shown_where_it_is_asked_for() -> None:
 def test_a_fault_in_a_worker_is_no_verdict(tmp_path: Path) -> None:
     # The worker imports what the command does: a module that lies in front of conrod's own.
     package = tmp_path / "conrod_fault.py"
-    package.write_text("from conrod.studies.frame.run import RunCase\ndef perform(self):\n    return {}['fault']\n")
+    package.write_text("from conrod.execution.run import RunCase\ndef perform(self):\n    return {}['fault']\n")
     fault = (
-        f"sys.path.insert(0, {str(tmp_path)!r}); import conrod.studies.frame.run as m, conrod_fault; "
-        "import conrod.studies.execution.worker as w; w.perform = conrod_fault.perform; "
-        "import conrod.studies.execution.dispatch as d; d.perform = conrod_fault.perform"
+        f"sys.path.insert(0, {str(tmp_path)!r}); import conrod.execution.run as m, conrod_fault; "
+        "import conrod.execution.worker as w; w.perform = conrod_fault.perform; "
+        "import conrod.execution.dispatch as d; d.perform = conrod_fault.perform"
     )
     ledger = str(tmp_path / "l.sqlite")
     done = with_fault(fault, "validate", "saw-40rpm", "--preset", "tuned", "--ledger", ledger)

@@ -18,9 +18,9 @@ import pytest
 from command_line import conrod, refusal
 
 from conrod.errors import InvalidInput
-from conrod.own import fmu
-from conrod.own.fmu import read_fmu, simulate
-from conrod.studies.execution import local
+from conrod.execution import local
+from conrod.models.fmu import fmu
+from conrod.models.fmu.fmu import read_fmu, simulate
 
 pytest.importorskip("fmpy", reason="FMUs are run by the extra fmi")
 at_once = pytest.mark.usefixtures("at_once")

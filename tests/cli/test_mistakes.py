@@ -16,8 +16,8 @@ from described import FOUR_BAR, SLIDER_CRANK
 from own_model_edits import HACKSAW, ROD_END, TEXTS, replaced
 from table_files import csv_text, exact_table
 
+from conrod.execution.baseline import Baseline, write_baseline
 from conrod.scenes import SCENES
-from conrod.studies.frame.baseline import Baseline, write_baseline
 
 MODEL = "check hacksaw.xml --scene saw-40rpm"
 GIVEN = f"{MODEL} --crank a --point C=x"

@@ -63,7 +63,7 @@ def folder(tmp_path: Path) -> Path:
 def test_a_moved_command_is_answered_with_one_that_runs(
     before: str, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
     kept = sorted(folder.iterdir())
     line = refusal(*shlex.split(before), cwd=folder, ledger=folder / "ledger.sqlite")
     assert sorted(folder.iterdir()) == kept

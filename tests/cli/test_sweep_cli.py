@@ -23,12 +23,12 @@ import numpy as np
 import pytest
 
 from conrod import SCENES, PymunkSettings, compare, run
+from conrod.comparison.plain_values import restore
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient
+from conrod.execution.ledger import Ledger
 from conrod.report.folder import restore_findings
-from conrod.runs.plain_values import restore
-from conrod.studies.ablate_findings import AblationStudy
-from conrod.studies.frame.ledger import Ledger
+from conrod.studies.ablate.findings import AblationStudy
 from conrod.studies.limits.results import LimitStudy
 
 # Runs of a coarse grid that take a second or two.

@@ -15,10 +15,10 @@ import click
 import pytest
 from command_line import conrod
 
-from conrod.cli.harden import hardening_to_print
-from conrod.cli.lint import report_to_print
-from conrod.mjcf.harden import harden_file
-from conrod.mjcf.lint.linting import lint
+from conrod.models.harden.study import harden_file
+from conrod.models.harden.verb import hardening_to_print
+from conrod.models.lint.linting import lint
+from conrod.models.lint.verb import report_to_print
 from conrod.report.folder import restore_findings
 from conrod.report.kind import kind_named
 from conrod.report.terminal import PrintedPart, print_parts

@@ -14,14 +14,14 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, SAW
 
 from conrod import Outcome
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.box2d import BOX2D_PRESETS, Box2DSettings
 from conrod.engines.engine import SINGLE_EPSILON
 from conrod.engines.numerics import largest_derivatives
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import scene_named
 from conrod.testing import EngineConformance
 

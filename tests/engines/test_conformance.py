@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from planted_engine import LawfulEngine, PlantedSettings
 
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Piece, PointTracks, Track
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Piece, PointTracks, Track
 from conrod.scenes import SCENES
 from conrod.testing import EngineConformance
 

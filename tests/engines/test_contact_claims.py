@@ -12,14 +12,14 @@ from catalogue import CAM, CAMS
 
 from benchmarks.healthy import variant
 from conrod import MuJoCoSettings
+from conrod.comparison.compare import ExactMotions
 from conrod.engines import engine_named
 from conrod.engines.capabilities import expected_error
 from conrod.engines.mujoco.mjcf import mjcf_text
 from conrod.engines.mujoco.model import compile_mjcf
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
-from conrod.mjcf.lint.bench import first_difference
-from conrod.runs.comparison import ExactMotions
+from conrod.models.lint.bench import first_difference
 from conrod.scenes import scene_named
 
 OF_LAWS = "cam-3-4-5"

@@ -18,14 +18,14 @@ from catalogue import CAM, EVERY_SCENE, LINKAGES, PRESS, SAW, SCENES
 from kinematic_mode import kinematic_errors
 
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
+from conrod.comparison.convergence import observed_order
+from conrod.comparison.outcome import joint_gaps
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, DrivenCourse, rk4_local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
-from conrod.runs.convergence import observed_order
-from conrod.runs.outcome import joint_gaps
 from conrod.scenes import Saw, Scene, ShearPress, catalogue_scene
 
 QUANTITIES = ("position", "velocity", "acceleration")

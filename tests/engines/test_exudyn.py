@@ -13,14 +13,14 @@ from catalogue import EVERY_SCENE, LINKAGES, PRESS, SAW
 from kinematic_mode import kinematic_errors
 
 from conrod import Outcome
+from conrod.comparison.compare import compare
+from conrod.comparison.outcome import joint_gaps
+from conrod.comparison.trajectory import Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.exudyn import EXUDYN_PRESETS, ExudynSettings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.comparison import compare
-from conrod.runs.outcome import joint_gaps
-from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import scene_named
 from conrod.testing import EngineConformance
 

@@ -13,11 +13,11 @@ import pytest
 from catalogue import CAM, EVERY_SCENE, SAW
 
 from conrod import Outcome
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Trajectory, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.engine import SINGLE_EPSILON, with_fields
 from conrod.engines.mjx import MJX_PRESETS
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Trajectory, concatenate_pieces
 from conrod.scenes import scene_named
 from conrod.testing import EngineConformance
 

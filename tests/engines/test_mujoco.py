@@ -13,6 +13,7 @@ from catalogue import CAM, PRESS, SAW, SCENES
 from free_machines import chain
 
 from conrod import InvalidInput, MuJoCoSettings, Outcome, compare, run
+from conrod.comparison.trajectory import Piece
 from conrod.engines import engine_named
 from conrod.engines.mujoco import MUJOCO_PRESETS, compat
 from conrod.engines.mujoco import model_edits as dressing
@@ -22,7 +23,6 @@ from conrod.engines.variants import Ingredient
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.trajectory import Piece
 
 MUJOCO: Any = engine_named("mujoco")
 FAST_SAW = SCENES["saw-500rpm"]

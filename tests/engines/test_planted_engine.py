@@ -30,10 +30,10 @@ from conrod.engines import (
 )
 from conrod.engines.checked_plugin import describe
 from conrod.errors import InvalidInput
+from conrod.execution.resolve_arguments import select_engines
+from conrod.execution.run import RunCase
+from conrod.execution.worker import perform
 from conrod.scenes import SCENES
-from conrod.studies.execution.worker import perform
-from conrod.studies.frame.resolve_arguments import select_engines
-from conrod.studies.frame.run import RunCase
 
 DOCS = Path(__file__).parents[2] / "docs"
 SAW: Any = SCENES["saw-40rpm"]

@@ -12,6 +12,8 @@ from catalogue import CAM
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain
 
 from benchmarks.healthy import variant
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.numerics import inverse_masses, iteration_matrix, poses_by_centres
 from conrod.engines.pymunk import (
@@ -30,8 +32,6 @@ from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import GROUND, ConstantForce, Mechanism
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Outcome
 from conrod.scenes import SCENES, catalogue_scene, scene_named
 
 PYMUNK: Any = engine_named("pymunk")

@@ -10,6 +10,9 @@ import pytest
 from kinematic_mode import kinematic_errors
 from rolling_machines import PIN, SPEED, TOOTH, WHEEL, driven, gear_pair, poses_of, swinging_four_bar, wheel_on_a_track
 
+from conrod.comparison.compare import compare
+from conrod.comparison.outcome import joint_gaps
+from conrod.comparison.trajectory import Outcome, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.pymunk.gears import gears_refusal
@@ -19,9 +22,6 @@ from conrod.errors import InvalidInput
 from conrod.exact import GenericReference
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.comparison import compare
-from conrod.runs.outcome import joint_gaps
-from conrod.runs.trajectory import Outcome, Trajectory
 from conrod.scenes import catalogue_scene
 
 # A ring gear, and wheels that roll along racks, which pymunk has no joint for.

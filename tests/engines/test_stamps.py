@@ -12,6 +12,9 @@ import pytest
 from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
+from conrod.comparison.compare import compare
+from conrod.comparison.outcome import RunVerdict, judge
+from conrod.comparison.trajectory import Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.mujoco.dynamics import combine_verdicts, detect_engine_stop, drive_torque, simulate
 from conrod.engines.mujoco.model import build
@@ -21,9 +24,6 @@ from conrod.engines.run import run_in_one_piece
 from conrod.exact import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
-from conrod.runs.comparison import compare
-from conrod.runs.outcome import RunVerdict, judge
-from conrod.runs.trajectory import Piece, concatenate_pieces
 from conrod.scenes import scene_named
 
 QUANTITIES = ("position", "velocity", "acceleration")

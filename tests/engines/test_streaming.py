@@ -14,6 +14,7 @@ import pytest
 from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings, Trajectory
+from conrod.comparison.trajectory import Piece
 from conrod.engines import engine_named
 from conrod.engines.mujoco import compat
 from conrod.engines.mujoco import dynamics as recorder
@@ -22,7 +23,6 @@ from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk import dynamics, stepping
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Piece
 
 MUJOCO, PYMUNK = engine_named("mujoco"), engine_named("pymunk")
 STEPS, START = 60, 0.7

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from described import CATALOGUE, changed, tables
 
+from conrod.comparison.outcome import judge
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact import branch_tracking as smooth_course
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.runs.outcome import judge
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 from conrod.studies.validation.plan import Plan, validate_dynamic
 

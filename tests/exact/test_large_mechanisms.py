@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
 from conrod.exact.elimination import triangular_blocks
 from conrod.exact.joint_equations import joint_residual, pose_jets
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Outcome
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 Point = tuple[float, float]

@@ -14,9 +14,9 @@ from described import FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
 
 from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
+from conrod.execution.run import RunCase
 from conrod.mechanism.units import parse_quantity
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_from_tables
-from conrod.studies.frame.run import RunCase
 
 DOCS = Path(__file__).parents[2] / "docs" / "mechanism-files.md"
 EXAMPLE = re.findall(r"```toml\n(name = .*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)[0]

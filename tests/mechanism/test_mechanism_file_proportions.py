@@ -10,10 +10,10 @@ import pytest
 from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed
 
 from conrod.errors import InvalidInput
+from conrod.execution.resolve_arguments import mechanism_file_bytes, scene
 from conrod.mechanism.files import read_description, read_tables
 from conrod.mechanism.units import parse_quantity
 from conrod.scenes.described_scene import read_scene, scene_from_tables
-from conrod.studies.frame.resolve_arguments import mechanism_file_bytes, scene
 
 
 def refusal(given: dict[str, Any]) -> str:

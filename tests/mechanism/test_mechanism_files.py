@@ -14,9 +14,9 @@ import pytest
 from described import CATALOGUE, FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
 
 from conrod.errors import InvalidInput
+from conrod.execution.local import call_isolated
 from conrod.mechanism.mechanism import GROUND, Prismatic, Revolute
 from conrod.scenes.described_scene import read_scene, scene_from_tables
-from conrod.studies.execution.local import call_isolated
 
 
 def refusal(given: dict[str, Any]) -> str:

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
+from conrod.comparison.other_forces import OtherForce, acting_sentences, merge_forces
 from conrod.mjcf.force_watch import ForceWatch, gravity_across
-from conrod.runs.other_forces import OtherForce, acting_sentences, merge_forces
 
 # A pendulum of two links in the x-y plane, pinned to a slide.
 MACHINE = """<mujoco><compiler angle="radian"/><option timestep="0.002" {option}><flag {flag}/></option>

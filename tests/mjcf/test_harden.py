@@ -17,11 +17,11 @@ from own_model_edits import TEXTS, replaced
 
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
-from conrod.mjcf import harden_recipe as recipes
 from conrod.mjcf.equalities import constraint_violations
-from conrod.mjcf.harden import closed_start, harden_file, run_finer
-from conrod.mjcf.harden_results import HardenedModel
 from conrod.mjcf.runs import STATE
+from conrod.models.harden import recipe as recipes
+from conrod.models.harden.results import HardenedModel
+from conrod.models.harden.study import closed_start, harden_file, run_finer
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
 
@@ -275,7 +275,7 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
         changed.eq_solref[:3, 0] = 0.1
         return changed
 
-    monkeypatch.setattr("conrod.mjcf.harden_recipe.apply_recipe", slow)
+    monkeypatch.setattr("conrod.models.harden.recipe.apply_recipe", slow)
     study, forced = (harden_file(model, "swing", 0.05, force=force) for force in (False, True))
     (reason,) = study.refusals
     assert "its loops open more" in reason

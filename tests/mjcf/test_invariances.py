@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from command_line import conrod
 
-from conrod.mjcf.invariances.accelerations import Similarity, forward, with_converged_solver
-from conrod.mjcf.invariances.changes import SIMILARITIES, InvarianceBench, all_invariance_checks, similarities
-from conrod.mjcf.invariances.results import InvarianceOutcome
-from conrod.mjcf.invariances.study import study_declaration_orders
+from conrod.execution.resolve_arguments import select_scene
+from conrod.mjcf.loading import load_model
 from conrod.mjcf.runs import run, state_of
-from conrod.own.models.loading import load_model
-from conrod.studies.frame.resolve_arguments import select_scene
+from conrod.models.invariances.accelerations import Similarity, forward, with_converged_solver
+from conrod.models.invariances.changes import SIMILARITIES, InvarianceBench, all_invariance_checks, similarities
+from conrod.models.invariances.results import InvarianceOutcome
+from conrod.models.invariances.study import study_declaration_orders
 
 # Two loops on a tree with branches, a slide, a spring and a motor; with a box that falls on its friction.
 LOOPS = """<mujoco><option timestep="0.001"/><worldbody>
@@ -90,7 +90,7 @@ def test_friction_pyramids_follow_the_world_and_are_round_where_it_is_turned(
 ) -> None:
     sliding = bench_of(tmp_path / "sliding.xml", BOX)
     assert [one.outcome for one in similarities(sliding)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.HOLDS]
-    monkeypatch.setattr("conrod.mjcf.invariances.changes._with_elliptic_cone", lambda bench: bench)
+    monkeypatch.setattr("conrod.models.invariances.changes._with_elliptic_cone", lambda bench: bench)
     assert [one.outcome for one in similarities(sliding)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.BROKEN]
 
 

@@ -19,12 +19,12 @@ from own_model_edits import replaced
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.anchors import parts_apart
-from conrod.mjcf.invariances.results import InvarianceOutcome
-from conrod.mjcf.invariances.study import study_invariances
-from conrod.mjcf.lint.bench import first_difference
-from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
-from conrod.mjcf.lint.linting import RULES, lint
-from conrod.own.files import model_files
+from conrod.models.invariances.results import InvarianceOutcome
+from conrod.models.invariances.study import study_invariances
+from conrod.models.lint.bench import first_difference
+from conrod.models.lint.findings import Finding, Report, Severity, sarif
+from conrod.models.lint.linting import RULES, lint
+from conrod.user_files.files import model_files
 
 SHORT = 0.03  # [s], a quarter of a turn of the saw's crank
 MJCF = Path(__file__).parents[2] / "mjcf"

@@ -10,8 +10,8 @@ from command_line import conrod
 from table_files import read
 
 from conrod import InvalidInput
-from conrod.own.encodings import decode_text
 from conrod.scenes import Saw
+from conrod.user_files.encodings import decode_text
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 NUMBERS = "0,100\n0.25,84.6804\n" * 20

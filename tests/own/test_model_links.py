@@ -14,10 +14,10 @@ from own_model_edits import mirrored, placed, replaced, scaled
 
 from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.scene_causes import axial_gaps, tilted_axes
-from conrod.own.models.links import LinkDifference, graph_of, link_differences
-from conrod.own.models.model_links import links_of
+from conrod.mjcf.reading import tree_of
+from conrod.models.check.links import LinkDifference, graph_of, link_differences
+from conrod.models.check.model_links import links_of
+from conrod.models.check.scene_causes import axial_gaps, tilted_axes
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 MEANT = str(CASES / "anchor-apart-meant.toml")
@@ -159,7 +159,7 @@ def test_a_tilted_slide_and_an_offset_are_told_apart_or_both_said(
     edit: tuple[str, str], rotation: tuple[str, ...], said: tuple[str, ...], not_said: tuple[str, ...],
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
     path = tmp_path / "saw.xml"
     path.write_text(replaced(exported("saw-40rpm"), *edit))
     done = conrod("check", str(path), *SAW, *rotation)
@@ -199,7 +199,7 @@ def test_a_slide_that_is_tilted_on_a_ground_with_two_pins_is_told_from_an_offset
 def test_other_joints_are_said_whether_they_do_harm_or_not(
     edits: list[tuple[str, str]], status: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
     text = re.sub(r"(?s)<keyframe>.*</keyframe>", "", exported("six-bar"))
     for edit in edits:
         text = replaced(text, *edit)

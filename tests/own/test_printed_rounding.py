@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from conrod import InvalidInput
-from conrod.own.printed.table import audit_file, audit_table
-from conrod.own.printed.verdicts import VerdictKind
+from conrod.models.printed.table import audit_file, audit_table
+from conrod.models.printed.verdicts import VerdictKind
 from conrod.scenes import Saw, ShearPress
 
 CASES = Path(__file__).parents[1] / "data" / "cases"

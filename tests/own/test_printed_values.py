@@ -11,8 +11,8 @@ import pytest
 from command_line import conrod, refusal
 from table_files import written
 
-from conrod.own.printed.table import audit_file, audit_table
-from conrod.own.printed.verdicts import PrintedNumber, VerdictKind
+from conrod.models.printed.table import audit_file, audit_table
+from conrod.models.printed.verdicts import PrintedNumber, VerdictKind
 from conrod.scenes import ShearPress, catalogue_text, scene_named
 
 ROOT = Path(__file__).parents[2]

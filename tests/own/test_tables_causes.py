@@ -10,7 +10,7 @@ import pytest
 from synthetic import longer_rod, synthetic_trajectory
 from table_files import ROWS, Columns, exact_table, judged
 
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, ShearPress, scene_named
 
 ALL = ("position", "velocity", "acceleration")

@@ -10,7 +10,7 @@ import pytest
 from table_files import Columns, exact_table, judged
 
 from conrod.exact.motion import Array
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw
 
 STEP, ROWS = 0.002, 301  # [s], so that times are whole milliseconds

@@ -12,7 +12,7 @@ from described import SLIDER_CRANK, tables
 from table_files import ROWS, Columns, exact_table, judged
 
 from conrod import InvalidInput
-from conrod.report.trajectory import verdict_text
+from conrod.models.tables.report import verdict_text
 from conrod.scenes import CamFollower, Saw
 from conrod.scenes.described_scene import scene_from_tables
 

@@ -16,9 +16,9 @@ from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judged
 
 from conrod import InvalidInput, Trajectory, compare
 from conrod.cli.options import names_in
-from conrod.own.tables.errors import TableComparison
-from conrod.own.tables.estimation import check_estimated, estimate
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.errors import TableComparison
+from conrod.models.tables.estimation import check_estimated, estimate
+from conrod.models.tables.study import TableStudy
 from conrod.scenes import SCENES, CamFollower, Saw, ShearPress, scene_named
 
 ALL = ("position", "velocity", "acceleration")

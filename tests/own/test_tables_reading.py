@@ -10,7 +10,7 @@ import pytest
 from table_files import csv_text, exact_table, read, written
 
 from conrod import InvalidInput
-from conrod.own.tables import reading
+from conrod.models.tables import reading
 from conrod.scenes import CamFollower, Saw
 
 SAW = Saw(speed=4.0)

@@ -11,7 +11,7 @@ from synthetic import longer_rod, synthetic_trajectory
 from table_files import ROWS, Columns, exact_table, judged
 
 from conrod.exact.motion import Array
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw
 
 SAW = Saw(speed=4.0 * math.pi / 3.0)

@@ -9,7 +9,7 @@ import pytest
 from described import SLIDER_CRANK, tables
 from table_files import Columns, exact_table, judged
 
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.study import TableStudy
 from conrod.scenes import Scene, scene_named
 from conrod.scenes.described_scene import read_scene, scene_from_tables
 

@@ -10,7 +10,7 @@ import pytest
 from table_files import ROWS, Columns, exact_table, judged
 
 from conrod.exact.motion import Array
-from conrod.own.tables.study import TableStudy
+from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, scene_named
 
 SAW = Saw(speed=20.0)

@@ -14,10 +14,10 @@ from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, mirrored, placed, q
 
 from conrod import scene
 from conrod.errors import InvalidInput
-from conrod.own.models.frame import GivenFrame
-from conrod.own.models.identity import MAX_CHANGE_SETS, _change_sets
-from conrod.own.models.request import ModelFacts, PointPlace
-from conrod.report.user_model import length_words, verdict
+from conrod.mjcf.request import ModelFacts, PointPlace
+from conrod.models.check.frame import GivenFrame
+from conrod.models.check.identity import MAX_CHANGE_SETS, _change_sets
+from conrod.models.check.report import length_words, verdict
 
 SAW = TEXTS["saw"]
 DEGREES = np.pi / 180.0

@@ -14,10 +14,10 @@ from command_line import conrod
 from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, replaced, settled
 
 from conrod import MuJoCoSettings, compare, run
-from conrod.mjcf.loops.driving import LoopRecording, forward_copy
-from conrod.own.models.results import OWN, ModelStudy
-from conrod.report import user_model as words
-from conrod.runs.trajectory import Outcome
+from conrod.comparison.trajectory import Outcome
+from conrod.mjcf.driving import LoopRecording, forward_copy
+from conrod.models.check import report as words
+from conrod.models.check.results import OWN, ModelStudy
 from conrod.scenes import SCENES
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
@@ -29,7 +29,7 @@ QUANTITIES = ("position", "velocity", "acceleration")
 @pytest.fixture
 def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their runs would take most of the time, and nothing is asked of them."""
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", (OWN,))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
 
 
 def test_looking_at_a_run_changes_no_bit_of_it() -> None:

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from own_model_edits import TEXTS, judged, question, replaced, scanned, settled
 
+from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import Array
-from conrod.mjcf.loops.driving import LoopRecording
-from conrod.own.models.crank_speed import CrankSpeed
-from conrod.own.models.results import CLOSURE, OWN, ModelStudy
-from conrod.report import user_model as words
-from conrod.runs.trajectory import Outcome
+from conrod.mjcf.crank_speed import CrankSpeed
+from conrod.mjcf.driving import LoopRecording
+from conrod.models.check import report as words
+from conrod.models.check.results import CLOSURE, OWN, ModelStudy
 from conrod.scenes import SCENES
 
 SAW, SCENE, CASES = TEXTS["saw"], SCENES["saw-40rpm"], Path(__file__).parents[1] / "data" / "cases"
@@ -31,7 +31,7 @@ pytestmark = pytest.mark.usefixtures("no_presets")
 @pytest.fixture
 def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their runs would take most of the time, and nothing is asked of them."""
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", (OWN,))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
 
 
 def with_keyframe(pose: Array | None = None, rates: Array | None = None, digits: int = 17) -> str:

@@ -13,13 +13,15 @@ import pytest
 from handmade import handmade_sweep
 from table_files import exact_table, judged
 
-from conrod.report import free_motion, numbers, trajectory
-from conrod.report import validation_tables as tables
+from conrod.execution.case import MEASURES, QUANTITIES
+from conrod.models.tables import report as trajectory
+from conrod.report import numbers
 from conrod.report.results import summary_words, verdict_words
-from conrod.report.sweep_tables import cheapest_table, front_table
 from conrod.report.table import Table, cell_text
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import MEASURES, QUANTITIES
+from conrod.studies.free_motion import report as free_motion
+from conrod.studies.sweep.tables import cheapest_table, front_table
+from conrod.studies.validation import tables
 from conrod.studies.validation.results import RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import study as free_motion_study
 from tests.report.test_report import a_result

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure as Canvas
 
 from conrod.cli import say
 from conrod.errors import COMMANDING_CHARACTERS
-from conrod.mjcf.lint.findings import Finding, Report, Severity, sarif
+from conrod.execution.local import call_isolated
+from conrod.models.lint.findings import Finding, Report, Severity, sarif
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.figure import Figure
 from conrod.report.folder import restore_findings
@@ -26,14 +27,7 @@ from conrod.report.kind import KINDS, Part, kind_named
 from conrod.report.table import MAX_ERROR_CHARACTERS, ColouredCell, table, verbatim
 from conrod.report.template import _environment
 from conrod.report.terminal import console, print_lines, print_table
-from conrod.report.verification.page import (
-    Verification,
-    VerificationSection,
-    read_verification,
-    sealed_page,
-    valid_seal,
-)
-from conrod.studies.execution.local import call_isolated
+from conrod.verification.page import Verification, VerificationSection, read_verification, sealed_page, valid_seal
 
 TITLE = "\x1b]0;owned\x07\x9b2J <script>alert(1)</script> <img src=x onerror=a()> [a](javascript:a()) \u202egnp"
 ESCAPES = {"\x1b", "\x07", "\x9b", "\u202e"}

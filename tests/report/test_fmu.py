@@ -15,7 +15,7 @@ import pytest
 from command_line import conrod
 
 from conrod.exact.motion import Array
-from conrod.report import fmu as archive
+from conrod.models.export import fmu as archive
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy, of the extra fmi, is not installed")

@@ -18,15 +18,15 @@ from committed_studies import ablation_study, limit_study
 from handmade import handmade_sweep
 
 from conrod.errors import InvalidInput
+from conrod.execution.resolve_arguments import select_scenes
+from conrod.execution.writing import write_together
 from conrod.report.folder import ReportFolder, plain_findings, restore_findings
-from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction, kind_named
 from conrod.report.table import ColouredCell, table
 from conrod.report.template import table_text
 from conrod.report.writer import render_again, report_batch
 from conrod.scenes import SCENES, Scene
-from conrod.studies.frame.resolve_arguments import select_scenes
-from conrod.studies.frame.writing import write_together
+from conrod.studies.free_motion.report import KIND
 from conrod.studies.free_motion.results import ExactSummary, MotionCurves, MotionResult, MotionStudy
 
 COMMAND = Reproduction("conrod free {scene} --out reports")

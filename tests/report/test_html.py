@@ -16,9 +16,9 @@ import pytest
 from command_line import conrod
 from html_pages import Found, found_in
 
+from conrod.execution.writing import Batch
 from conrod.report.html.markdown import Place, render_html
 from conrod.report.html.page import html_report, image_html
-from conrod.studies.frame.writing import Batch
 
 REPORTS = Path(__file__).parents[2] / "reports"
 # Kinds of reports that are committed, by a folder of each.

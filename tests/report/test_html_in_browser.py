@@ -12,9 +12,9 @@ import pytest
 from browser import asked_for, browser, complaints, opened
 from command_line import conrod
 
+from conrod.execution.resolve_arguments import select_scenes
 from conrod.report.folder import restore_findings
-from conrod.report.html.moving import moving_machine
-from conrod.studies.frame.resolve_arguments import select_scenes
+from conrod.studies.validation.moving_drawing import moving_machine
 from conrod.studies.validation.results import SceneStudy
 
 MACHINE = "saw-500rpm"

@@ -20,16 +20,16 @@ from handmade import handmade_sweep
 from html_pages import found_in
 
 from conrod.engines import engine_named
+from conrod.execution.writing import Batch
 from conrod.report.figure import with_spots
 from conrod.report.folder import restore_findings
 from conrod.report.html.page import html_document, page_sections
 from conrod.report.kind import Part, kind_named
-from conrod.report.sweep import diagram_of
-from conrod.report.sweep_tables import timed_points
 from conrod.scenes import SCENES, catalogue_names
-from conrod.studies.frame.writing import Batch
 from conrod.studies.sweep.findings import SweepStudy, paste_template
+from conrod.studies.sweep.report import diagram_of
 from conrod.studies.sweep.study import plan_sweep
+from conrod.studies.sweep.tables import timed_points
 
 ROOT = Path(__file__).parents[2]
 

@@ -13,18 +13,18 @@ from committed_studies import SCENE, detected, limit_study, of_axis
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from conrod.execution.writing import Batch, write_together
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.charts.styles import OUTCOME_MARKS
 from conrod.report.folder import restore_findings
 from conrod.report.kind import Reproduction
-from conrod.report.limits.charts import UNDETECTED_COLOUR, axis_places, error_chart
-from conrod.report.limits.report import KIND, merge_studies
-from conrod.report.limits.tables import limits_table, undetected_table, undetected_words
 from conrod.report.writer import report_batch
-from conrod.studies.frame.writing import Batch, write_together
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
+from conrod.studies.limits.charts import UNDETECTED_COLOUR, axis_places, error_chart
+from conrod.studies.limits.report import KIND, merge_studies
 from conrod.studies.limits.results import LimitStudy, Walk
+from conrod.studies.limits.tables import limits_table, undetected_table, undetected_words
 
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
 

@@ -17,14 +17,14 @@ from command_line import conrod
 from table_files import read
 
 from conrod import InvalidInput
+from conrod.execution.resolve_arguments import mechanism_file_bytes
 from conrod.mechanism.mechanism import Prismatic, Revolute
-from conrod.own.tables.errors import TableComparison
-from conrod.own.tables.estimation import estimate
-from conrod.own.tables.study import study_table
-from conrod.report.pack import PAGES, mechanism_document, pack_files
+from conrod.models.export.pack import PAGES, mechanism_document, pack_files
+from conrod.models.tables.errors import TableComparison
+from conrod.models.tables.estimation import estimate
+from conrod.models.tables.study import study_table
 from conrod.scenes import SCENES, Scene, catalogue_scene, catalogue_text
 from conrod.scenes.described_scene import DescribedScene, read_scene
-from conrod.studies.frame.resolve_arguments import mechanism_file_bytes
 
 MACHINES = ("swinging-four-bar", "slider-crank")
 PASS = MACHINES[0]
@@ -40,7 +40,7 @@ OTHER = {
 def packed(name: str, scene: Scene) -> Mapping[str, str | bytes]:
     """Made once, without the drawing: that takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("conrod.report.pack.mechanism_svg", lambda _: "<svg/>")
+        patch.setattr("conrod.models.export.pack.mechanism_svg", lambda _: "<svg/>")
         return pack_files(name, scene, 90, 2, mechanism_file_bytes(name))
 
 

@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conrod.execution.case import QUANTITIES
+from conrod.execution.writing import write_together
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
-from conrod.report.validation import KIND
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.writing import write_together
+from conrod.studies.validation.report import KIND
 from conrod.studies.validation.results import Curve, RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import contents
 

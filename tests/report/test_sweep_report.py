@@ -13,15 +13,15 @@ from handmade import handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from conrod.execution.case import QUANTITIES
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, round_to_log_grid
 from conrod.report.folder import restore_findings
 from conrod.report.kind import Reproduction
-from conrod.report.sweep import KIND, work_precision_figure
-from conrod.report.sweep_tables import findings
 from conrod.report.writer import report_batch
-from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
+from conrod.studies.sweep.report import KIND, work_precision_figure
+from conrod.studies.sweep.tables import findings
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
 

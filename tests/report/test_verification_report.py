@@ -15,15 +15,16 @@ from command_line import conrod, refusal
 from encoder_table import encoder_table
 from own_model_edits import ROD_END, TEXTS, replaced
 
-from conrod.cli.verification import Dossier
-from conrod.own.models.references import SENSITIVITY_ANGLES, sensitivities, uncertainty_shares
-from conrod.own.tables.columns import column_request
-from conrod.own.tables.reading import read_table
-from conrod.own.tables.study import TableStudy, study_table
+from conrod.comparison.convergence import numerical_uncertainty
+from conrod.models.check.references import SENSITIVITY_ANGLES, sensitivities, uncertainty_shares
+from conrod.models.tables.columns import column_request
+from conrod.models.tables.reading import read_table
+from conrod.models.tables.study import TableStudy, study_table
 from conrod.report.table import table
-from conrod.report.verification import page as pages
-from conrod.report.verification import supporting_sections
-from conrod.report.verification.page import (
+from conrod.scenes import SCENES
+from conrod.verification import page as pages
+from conrod.verification import supporting_sections
+from conrod.verification.page import (
     Verification,
     VerificationSection,
     read_verification,
@@ -31,9 +32,8 @@ from conrod.report.verification.page import (
     statement_changes,
     valid_seal,
 )
-from conrod.report.verification.sections import Refinement
-from conrod.runs.convergence import numerical_uncertainty
-from conrod.scenes import SCENES
+from conrod.verification.sections import Refinement
+from conrod.verification.verb import Dossier
 
 REPORTS = Path(__file__).parents[2] / "reports" / "verification"
 NAMES = ("criteria", "code", "solution", "validation", "inputs", "software", "settings", "validity", "invariances")
@@ -204,8 +204,8 @@ def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_mo
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Other runs take most of the time, and nothing is asked of them.
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", ("as it is",))
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.STEP_REFINEMENTS", ())
+    monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
+    monkeypatch.setattr("conrod.models.check.study.STEP_REFINEMENTS", ())
     monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
     (tmp_path / "saw.xml").write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
     given = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--revolutions", "1")

@@ -23,15 +23,15 @@ from synthetic import (
 )
 
 from conrod import Comparison, Outcome, compare
+from conrod.comparison.compare import ExactMotions, track_errors
+from conrod.comparison.outcome import judge
+from conrod.comparison.trajectory import BodyTracks, Instants, PointTracks, Track
 from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.comparison import ExactMotions, track_errors
-from conrod.runs.outcome import judge
-from conrod.runs.trajectory import BodyTracks, Instants, PointTracks, Track
+from conrod.execution.prediction import predicted_errors
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
-from conrod.studies.frame.prediction import predicted_errors
 
 ROUNDING = 1e-14
 QUANTITIES = ("position", "velocity", "acceleration")

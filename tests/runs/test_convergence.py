@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from conrod.runs.convergence import ORDER_GRID, PAIR_TOLERANCE, claimed_order, fit_floor, observed_order
+from conrod.comparison.convergence import ORDER_GRID, PAIR_TOLERANCE, claimed_order, fit_floor, observed_order
 
 STEPS = (125, 250, 500, 1000)
 LONG = (125, 250, 500, 1000, 2000, 4000, 8000)

@@ -14,7 +14,7 @@ from catalogue import CAM, DEFECTIVE_LINKAGES, LINKAGES, SAW, SCENES
 from synthetic import TOGETHER, body_states, instants, longer_rod, other_branch, synthetic_trajectory
 
 from conrod import Outcome, compare
-from conrod.runs.outcome import (
+from conrod.comparison.outcome import (
     MAX_CONTACT_GAP,
     MAX_JOINT_GAP,
     MAX_REACH_SIZES,
@@ -23,9 +23,9 @@ from conrod.runs.outcome import (
     combine_verdicts,
     judge,
 )
-from conrod.runs.trajectory import BodyStates, BodyTracks
+from conrod.comparison.trajectory import BodyStates, BodyTracks
+from conrod.execution.resolve_arguments import select_scene
 from conrod.scenes import ShearPress
-from conrod.studies.frame.resolve_arguments import select_scene
 
 Change = Callable[[BodyStates], BodyStates]
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput
+from conrod.comparison.plain_values import json_document, plain_values, restore
 from conrod.exact.motion import Array
-from conrod.runs.plain_values import json_document, plain_values, restore
 
 
 class Node(NamedTuple):

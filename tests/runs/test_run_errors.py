@@ -13,12 +13,9 @@ import pytest
 from catalogue import CAM, SAW
 
 from conrod import MuJoCoSettings, PymunkSettings, compare
-from conrod.engines import engine_named
-from conrod.engines.engine import Engine
-from conrod.engines.run import run_in_one_piece
-from conrod.runs.comparison import QUANTITIES, Stretch, size_of
-from conrod.runs.plain_values import plain_values
-from conrod.runs.run_errors import (
+from conrod.comparison.compare import QUANTITIES, Stretch, size_of
+from conrod.comparison.plain_values import plain_values
+from conrod.comparison.run_errors import (
     DrawnCurve,
     PointSizes,
     RunningSize,
@@ -26,8 +23,11 @@ from conrod.runs.run_errors import (
     pairwise_block_sizes,
     pairwise_sum,
 )
-from conrod.runs.trajectory import Piece
-from conrod.studies.frame.run import RunCase, measure
+from conrod.comparison.trajectory import Piece
+from conrod.engines import engine_named
+from conrod.engines.engine import Engine
+from conrod.engines.run import run_in_one_piece
+from conrod.execution.run import RunCase, measure
 from conrod.studies.validation.plan import Plan, validate_dynamic
 
 NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
@@ -162,7 +162,7 @@ import sys
 from pathlib import Path
 from conrod.engines import engine_named
 from conrod.scenes import SCENES
-from conrod.studies.frame.run import RunCase
+from conrod.execution.run import RunCase
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.study import ValidationCase
 scene, (kind, engine, steps, turns) = SCENES["saw-500rpm"], sys.argv[1:]

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from described import CATALOGUE, changed, tables
 
+from conrod.comparison.compare import compare
 from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.motion import Array
-from conrod.runs.comparison import compare
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 721)

@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
+from conrod.comparison.compare import compare
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.run import run_in_one_piece
-from conrod.runs.comparison import compare
-from conrod.runs.trajectory import Outcome
 from conrod.scenes import catalogue_names, catalogue_scene
 from conrod.scenes.described_scene import DescribedScene
 

@@ -11,9 +11,9 @@ from linkages import slider_crank
 
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.exact.motion import Array
+from conrod.execution.resolve_arguments import scene
 from conrod.mechanism.loads import Load, Steady, Turn
 from conrod.mechanism.mechanism import GROUND, Body
-from conrod.studies.frame.resolve_arguments import scene
 
 # The N-four-bar of the IFToMM library of computational benchmark problems with two four-bars, as solved by Exudyn:
 # step [s] -> place [m] and velocity [m/s] of the first tip after 10 s (its TestModels/fourBarMechanismIftomm.py).

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from conrod.studies.frame.ledger import Ledger
+from conrod.execution.ledger import Ledger
 
 
 @pytest.fixture

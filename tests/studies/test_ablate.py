@@ -10,15 +10,17 @@ import pytest
 from cell_tasks import pursued
 
 from conrod import MuJoCoSettings
+from conrod.comparison.plain_values import plain_values
 from conrod.engines import engine_named
 from conrod.engines.engine import with_fields
 from conrod.engines.mujoco import HARDENING_FACTOR, STIFF_SOLIMP
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
-from conrod.runs.plain_values import plain_values
+from conrod.execution.case import Measurement
+from conrod.execution.paired_timing import PairedTiming
+from conrod.execution.run import RunCase, measure
 from conrod.scenes import SCENES
-from conrod.studies.ablate import CostCase, ablate_engine, motion_change
-from conrod.studies.ablate_findings import (
+from conrod.studies.ablate.findings import (
     IN_FULL_MODEL,
     JUDGED_ERRORS,
     Evidence,
@@ -29,9 +31,7 @@ from conrod.studies.ablate_findings import (
     ingredient_verdict,
     reference_errors,
 )
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.paired_timing import PairedTiming
-from conrod.studies.frame.run import RunCase, measure
+from conrod.studies.ablate.study import CostCase, ablate_engine, motion_change
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11

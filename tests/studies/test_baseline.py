@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from conrod.studies.frame.baseline import (
+from conrod.execution.baseline import (
     BAND_DEVIATIONS,
     SPEED_FACTORS,
     BandedNumber,

@@ -20,10 +20,10 @@ from conrod.engines.engine import run_extent
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
 from conrod.exact.motion import Array
+from conrod.execution.paired_timing import PairedTiming, time_settings_pair
+from conrod.execution.timing import MAX_REPEAT_REVOLUTIONS, REFERENCE_STEPS, STEPS_PER_CALL, time_run
 from conrod.scenes import catalogue_scene
-from conrod.studies.ablate_findings import Effect, Evidence, IngredientVerdict, ingredient_verdict
-from conrod.studies.frame.paired_timing import PairedTiming, time_settings_pair
-from conrod.studies.frame.timing import MAX_REPEAT_REVOLUTIONS, REFERENCE_STEPS, STEPS_PER_CALL, time_run
+from conrod.studies.ablate.findings import Effect, Evidence, IngredientVerdict, ingredient_verdict
 
 MILLISECOND = 1_000_000  # [ns]
 REFERENCE_COST = 1000  # [ns] a step

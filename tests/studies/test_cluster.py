@@ -15,11 +15,11 @@ import pytest
 from cell_tasks import After
 
 from conrod import InvalidInput
-from conrod.studies.execution import cluster as dask_cluster
-from conrod.studies.execution.cluster import DaskCluster
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import LocalProcesses
-from conrod.studies.frame.ledger import Ledger
+from conrod.execution import cluster as dask_cluster
+from conrod.execution.cluster import DaskCluster
+from conrod.execution.dispatch import run_cases
+from conrod.execution.ledger import Ledger
+from conrod.execution.local import LocalProcesses
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
 

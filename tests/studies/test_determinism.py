@@ -10,8 +10,8 @@ import pytest
 from catalogue import SAW
 from cell_tasks import pursued
 
+from conrod.execution.case import Measurement
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import (
     REPEATED_RUNS,

@@ -19,13 +19,13 @@ import pytest
 from cell_tasks import AGAIN, After, Here
 
 from conrod import InvalidInput
-from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.dispatch import POLL_INTERVAL, run_cases
-from conrod.studies.execution.local import FailedCall, LocalProcesses, call_isolated, call_on_file
-from conrod.studies.execution.worker_process import CallLimits, WorkerProcess
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.run import RunCase
+from conrod.comparison.trajectory import Outcome
+from conrod.execution.case import Measurement
+from conrod.execution.dispatch import POLL_INTERVAL, run_cases
+from conrod.execution.ledger import Ledger
+from conrod.execution.local import FailedCall, LocalProcesses, call_isolated, call_on_file
+from conrod.execution.run import RunCase
+from conrod.execution.worker_process import CallLimits, WorkerProcess
 
 CELLS = tasks.cells(30)
 

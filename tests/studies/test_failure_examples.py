@@ -10,12 +10,12 @@ import pytest
 from catalogue import CAM, PRESS, SAW
 from cell_tasks import unchecked
 
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.engine import step_length
 from conrod.engines.run import run
-from conrod.runs.trajectory import Outcome
+from conrod.execution.local import call_isolated
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
-from conrod.studies.execution.local import call_isolated
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.records import Extremes, is_undetected
 

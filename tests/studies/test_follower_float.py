@@ -11,16 +11,16 @@ import pytest
 from cell_tasks import pursued
 
 from conrod import MuJoCoSettings, PymunkSettings
+from conrod.comparison.plain_values import plain_values
 from conrod.exact.motion import Array
-from conrod.report.limits.tables import onset_table
+from conrod.execution.case import Measurement
 from conrod.report.table import ColouredCell
-from conrod.runs.plain_values import plain_values
 from conrod.scenes import CamFollower
-from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.follower_float import ONSET_STEPS, ONSET_TOLERANCE, FollowerFloat, onset_search
 from conrod.studies.limits.recorders import FLIGHT_DEPTH_RATIO, FlightRecorder
 from conrod.studies.limits.records import Extremes, Flight
+from conrod.studies.limits.tables import onset_table
 
 CAM = CamFollower()
 PENETRATION = 1e-9  # [m]

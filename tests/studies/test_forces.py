@@ -14,18 +14,18 @@ import numpy as np
 import pytest
 
 from benchmarks.healthy import variant
+from conrod.comparison.trajectory import Instants, Outcome
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
 from conrod.exact import GenericReference
 from conrod.exact.dynamics.inverse import CrankStates, joint_forces, sensitivities
+from conrod.execution.resolve_arguments import select_scene
 from conrod.mechanism.mechanism import Body
-from conrod.runs.trajectory import Instants, Outcome
 from conrod.scenes import Scene
 from conrod.studies.forces.force_errors import ExpectedForceErrors, constant_speed_states, force_peaks
 from conrod.studies.forces.mass_likeness import _drop_unexplained, visible_properties
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, record_forces, validate_forces
-from conrod.studies.frame.resolve_arguments import select_scene
 
 JUDGED = (("mujoco", "hardened"), ("pymunk", "tuned"))
 PLANTED = [("shear-press", *JUDGED[0]), ("shear-press", *JUDGED[1]), ("saw-500rpm", *JUDGED[0])]

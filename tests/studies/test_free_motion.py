@@ -16,10 +16,10 @@ from command_line import conrod
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.execution.resolve_arguments import select_scene
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.scenes import SCENES, Scene, catalogue_names, dynamics_names
-from conrod.studies.frame.resolve_arguments import select_scene
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
 from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
 from conrod.studies.free_motion.results import MAX_EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy

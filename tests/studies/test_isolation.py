@@ -17,10 +17,10 @@ from own_model_edits import HACKSAW
 from table_files import csv_text, exact_table
 
 from conrod import InvalidInput, PymunkSettings, Saw, run
+from conrod.execution.case import Measurement
+from conrod.execution.local import LocalProcesses, call_isolated
+from conrod.execution.worker_process import WorkerDied
 from conrod.scenes import SCENES
-from conrod.studies.execution.local import LocalProcesses, call_isolated
-from conrod.studies.execution.worker_process import WorkerDied
-from conrod.studies.frame.case import Measurement
 
 SAW = Saw()
 SETTINGS = PymunkSettings.tuned(SAW, 100)

@@ -12,17 +12,17 @@ import pytest
 from planted_engine import LawfulEngine
 from synthetic import other_branch
 
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Outcome
+from conrod.execution.case import QUANTITIES, Measurement, identity_digest, pursue
+from conrod.execution.result import AS_ASKED, presets_study, refinement_path, run_refinement_path
+from conrod.execution.run import RunCase
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
-from conrod.studies.frame.case import QUANTITIES, Measurement, identity_digest, pursue
-from conrod.studies.frame.result import AS_ASKED, presets_study, refinement_path, run_refinement_path
-from conrod.studies.frame.run import RunCase
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
 from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult

@@ -17,11 +17,11 @@ from pathlib import Path
 import pytest
 from command_line import conrod
 
+from conrod.execution.writing import ABANDONED_AGE, Batch, single_file, write_together
 from conrod.report.folder import UNFINISHED, ReportFolder
-from conrod.report.free_motion import KIND
 from conrod.report.kind import Reproduction
 from conrod.report.writer import render_again, report_batch
-from conrod.studies.frame.writing import ABANDONED_AGE, Batch, single_file, write_together
+from conrod.studies.free_motion.report import KIND
 from tests.report.test_frame import COMMAND, contents, study, write
 
 # Writes batches again and again, killed before its first step, its second, and so on; a step is whatever Python reports
@@ -29,7 +29,7 @@ from tests.report.test_frame import COMMAND, contents, study, write
 WRITER = """
 import os, pickle, shutil, signal, sys
 from pathlib import Path
-from conrod.studies.frame.writing import write_together
+from conrod.execution.writing import write_together
 root, before, states = map(Path, sys.argv[1:4])
 batches = pickle.loads(Path(sys.argv[4]).read_bytes())
 def killed(step):

@@ -20,13 +20,13 @@ from cell_tasks import Here, assigned, cells
 from command_line import conrod
 
 from conrod import InvalidInput
-from conrod.studies.execution.dispatch import run_cases
-from conrod.studies.execution.local import FailedCall, call_isolated
-from conrod.studies.frame import ledger_file
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing
+from conrod.execution import ledger_file
+from conrod.execution.case import Measurement
+from conrod.execution.dispatch import run_cases
+from conrod.execution.ledger import Ledger
+from conrod.execution.local import FailedCall, call_isolated
+from conrod.execution.run import RunCase
+from conrod.execution.timing import Timing
 
 CELLS = cells(50)
 KEYS = [c.key for c in CELLS]
@@ -263,7 +263,7 @@ def test_a_row_that_unpacks_without_end_counts_as_damaged(
 ) -> None:
     path = tmp_path / "ledger.sqlite"
     shutil.copy(whole, path)
-    monkeypatch.setattr("conrod.studies.frame.ledger.MAX_MEASUREMENT_BYTES", 1 << 20)
+    monkeypatch.setattr("conrod.execution.ledger.MAX_MEASUREMENT_BYTES", 1 << 20)
     with closing(sqlite3.connect(path)) as raw, raw:
         bomb = zlib.compress(b'{"outcome": "' + b"0" * (1 << 21))
         raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (bomb, KEYS[0]))

@@ -10,15 +10,15 @@ import pytest
 from catalogue import CAM, PRESS, SAW, SCENES
 
 from conrod import MuJoCoSettings, PymunkSettings
+from conrod.comparison.compare import compare
 from conrod.engines import engine_named
 from conrod.engines.engine import FIELDS_ADDED_LATER
 from conrod.engines.mujoco.dynamics import simulate
 from conrod.engines.mujoco.model import build
 from conrod.engines.run import run_in_one_piece
-from conrod.runs.comparison import compare
+from conrod.execution.case import Measurement
+from conrod.execution.run import RunCase
 from conrod.scenes import Saw, Scene
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import RunCase
 from conrod.studies.limits.axes import AXES, FIXED_STEP
 from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.case import LimitCase, Setup

@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from conrod.report.charts.canvas import drawing_style
-from conrod.report.limits.charts import UNDETECTED_COLOUR
-from conrod.report.limits.map_figure import map_figure
-from conrod.report.limits.report import figure_of_map
 from conrod.scenes import SCENES
 from conrod.studies.limits import maps
 from conrod.studies.limits.case import Setup
+from conrod.studies.limits.charts import UNDETECTED_COLOUR
+from conrod.studies.limits.map_figure import map_figure
+from conrod.studies.limits.report import figure_of_map
 
 # -- searching ---------------------------------------------------------------------------------------------------------
 

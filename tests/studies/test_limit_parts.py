@@ -12,12 +12,12 @@ from catalogue import CAM, PRESS, SAW
 from synthetic import completed
 
 from conrod import InvalidInput
+from conrod.comparison.plain_values import plain_values
 from conrod.engines import engine_named
 from conrod.exact.dynamics import load_forces
 from conrod.exact.equations import inertia_forces
-from conrod.runs.plain_values import plain_values
+from conrod.execution.case import Measurement
 from conrod.scenes import CamFollower, Saw, Scene, scene_named
-from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.axes import AXES, MIN_CONTACT_SHARE
 from conrod.studies.limits.axis import Scale, spaced_values
 from conrod.studies.limits.case import LimitCase, ReorderedMachine, Setup
@@ -74,7 +74,7 @@ def test_fewest_steps_leave_a_pass_as_many_samples_as_a_turn_needs() -> None:
     setting = one_pass()
     span = setting.mechanism.driver.span
     assert span is not None
-    from conrod.studies.frame.run import MIN_PASS_STEPS
+    from conrod.execution.run import MIN_PASS_STEPS
 
     share = (span[1] - span[0]) / (2.0 * math.pi)
     assert MIN_PASS_STEPS <= setting.min_steps * share < MIN_PASS_STEPS + share

@@ -9,9 +9,9 @@ import pytest
 from cell_tasks import pursued
 from synthetic import completed
 
-from conrod.runs.plain_values import plain_values
+from conrod.comparison.plain_values import plain_values
+from conrod.execution.case import Measurement
 from conrod.scenes import scene_named
-from conrod.studies.frame.case import Measurement
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import walk_search

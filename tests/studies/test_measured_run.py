@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from conrod.comparison.compare import QUANTITIES as COMPARED
+from conrod.comparison.compare import ExactMotions, compare
+from conrod.comparison.trajectory import ArrayMapper, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.run import run
 from conrod.exact.motion import Array
-from conrod.runs.comparison import QUANTITIES as COMPARED
-from conrod.runs.comparison import ExactMotions, compare
-from conrod.runs.trajectory import ArrayMapper, Trajectory
+from conrod.execution import run as measuring
+from conrod.execution.case import QUANTITIES, Measurement
+from conrod.execution.prediction import predicted_errors
+from conrod.execution.run import RunCase, clamp_to_span, measure, unsupported_measurement
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.frame import run as measuring
-from conrod.studies.frame.case import QUANTITIES, Measurement
-from conrod.studies.frame.prediction import predicted_errors
-from conrod.studies.frame.run import RunCase, clamp_to_span, measure, unsupported_measurement
 from conrod.studies.validation.plan import DRAWN_POSES, Plan, validate_dynamic
 
 SAW: Any = SCENES["saw-40rpm"]

@@ -19,10 +19,10 @@ from benchmarks.prior import table_of
 from conrod.engines import engine_named
 from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
+from conrod.execution.case import QUANTITIES, Measurement, pursue
+from conrod.execution.run import RunCase
+from conrod.execution.timing import Timing
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.frame.case import QUANTITIES, Measurement, pursue
-from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import shipped_sweeps
 from conrod.studies.sweep.recommend import NoRecommendation, check_tolerances, confirming_cases, recommendation_studies
 from conrod.studies.sweep.step_search import Candidate, StepSearch, TriedRun, find_finer_candidate, run_searches

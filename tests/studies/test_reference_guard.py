@@ -12,25 +12,25 @@ import own_model_edits
 import pytest
 import table_files
 
+from conrod.comparison.compare import Stretch
+from conrod.comparison.trajectory import BodyTracks
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run_in_one_piece, run_with_recorders
 from conrod.exact import joint_equations, kinematics
 from conrod.exact.branch_tracking import BranchTracker
 from conrod.exact.equations import Equations
-from conrod.own.models.results import OWN
-from conrod.report import user_model
+from conrod.execution.case import QUANTITIES, contradictions
+from conrod.execution.prediction import Prediction, reference_misfit
+from conrod.execution.result import misfit_words
+from conrod.execution.run import MIN_PASS_STEPS
+from conrod.models.check import report as user_model
+from conrod.models.check.results import OWN
+from conrod.models.tables.report import verdict_text
 from conrod.report.results import summary_words, verdict_words
-from conrod.report.trajectory import verdict_text
-from conrod.runs.comparison import Stretch
-from conrod.runs.trajectory import BodyTracks
 from conrod.scenes import SCENES, catalogue_scene, scene_named
 from conrod.scenes.saw import Saw
 from conrod.studies.forces.study import ForcePlan, validate_forces
-from conrod.studies.frame.case import QUANTITIES, contradictions
-from conrod.studies.frame.prediction import Prediction, reference_misfit
-from conrod.studies.frame.result import misfit_words
-from conrod.studies.frame.run import MIN_PASS_STEPS
 from conrod.studies.validation.plan import Plan, validate_dynamic
 from conrod.studies.validation.study import validate_kinematic
 
@@ -213,11 +213,11 @@ def test_a_table_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeyp
 
 
 def test_a_model_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.LABELS", (OWN,))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
     right = own_model_edits.judged(tmp_path, "saw", own_model_edits.TEXTS["saw"])
     assert (right.passed, right.distrust) == (True, "")
     planted = {"position": {"difference": 1e-6, "allowed": 1e-12, "angle": 0.0}}
-    monkeypatch.setattr("conrod.mjcf.loops.scene_study.reference_misfit", lambda _: planted)
+    monkeypatch.setattr("conrod.models.check.study.reference_misfit", lambda _: planted)
     wrong = own_model_edits.judged(tmp_path, "saw", own_model_edits.TEXTS["saw"])
     assert wrong.passed is False
     assert user_model.verdict(wrong).startswith("CANNOT BE TRUSTED: the exact motion contradicts")

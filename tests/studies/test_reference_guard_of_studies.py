@@ -11,28 +11,28 @@ import numpy as np
 import pytest
 from command_line import conrod
 
-from conrod.api.sweep import findings_of
 from conrod.engines import engine_named
 from conrod.engines.variants import PRESETS_GRID
-from conrod.report.ablate import KIND as ABLATE
+from conrod.execution import reference_guard
+from conrod.execution.case import Case, Measurement, pursue
+from conrod.execution.reference_guard import ReferenceGuard
+from conrod.execution.run import RunCase
+from conrod.execution.timing import Timing
 from conrod.report.findings import Findings
-from conrod.report.limits.report import KIND as LIMITS
-from conrod.report.limits.report import merge_studies
-from conrod.report.sweep import KIND as SWEEP
-from conrod.report.versions import KIND as VERSIONS
 from conrod.scenes.saw import Saw
 from conrod.scenes.scene import Scene
-from conrod.studies.ablate import CostCase, ablate_engine, ablation_study
-from conrod.studies.frame import reference_guard
-from conrod.studies.frame.case import Case, Measurement, pursue
-from conrod.studies.frame.reference_guard import ReferenceGuard
-from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing
+from conrod.studies.ablate.report import KIND as ABLATE
+from conrod.studies.ablate.study import CostCase, ablate_engine, ablation_study
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import plan_limits, pursue_plans
+from conrod.studies.limits.report import KIND as LIMITS
+from conrod.studies.limits.report import merge_studies
+from conrod.studies.sweep.api import findings_of
 from conrod.studies.sweep.recommend import recommendation_studies
+from conrod.studies.sweep.report import KIND as SWEEP
 from conrod.studies.sweep.study import RulePlan, SweepPlan, plan_sweep, sweep_scene
-from conrod.studies.versions import release_cases, versions_study
+from conrod.studies.versions.report import KIND as VERSIONS
+from conrod.studies.versions.study import release_cases, versions_study
 
 MUJOCO, NAME = engine_named("mujoco"), "machine"
 ACCUSATION = "CANNOT BE TRUSTED: machine in MuJoCo"
@@ -206,8 +206,8 @@ def test_verb_exits_with_1_without_trust(verb: str, healthy: bool, monkeypatch: 
     arguments = [verb, *(["mujoco"] if verb == "versions" else []), "saw-500rpm"]
     if verb == "recommend":
         arguments += ["--position", "1e-2"]
-        monkeypatch.setattr("conrod.api.sweep.cheapest_settings", lambda *_, **__: [])
-        monkeypatch.setattr("conrod.api.sweep.findings_of", lambda *_, **__: found)
+        monkeypatch.setattr("conrod.studies.sweep.api.cheapest_settings", lambda *_, **__: [])
+        monkeypatch.setattr("conrod.studies.sweep.api.findings_of", lambda *_, **__: found)
     else:
         monkeypatch.setattr(f"conrod.api.{verb}.{verb}", lambda *_, **__: found)
     ended = conrod(*arguments)
@@ -218,7 +218,7 @@ def test_verb_exits_with_1_without_trust(verb: str, healthy: bool, monkeypatch: 
 def test_recommend_writes_no_model_without_trust(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for scene, written in ((Saw(), True), (WrongSaw(), False)):
         answers = pursue(recommendation_studies(small_plan(scene), {"position": 1e-2}, pretended_times, {}), performed)
-        monkeypatch.setattr("conrod.api.sweep.cheapest_settings", lambda *_, found=answers, **__: found)
+        monkeypatch.setattr("conrod.studies.sweep.api.cheapest_settings", lambda *_, found=answers, **__: found)
         model = tmp_path / f"{written}.xml"
         ended = conrod("recommend", "saw-500rpm", "--position", "1e-2", "--model", str(model))
         assert (ended.returncode == 0, model.exists()) == (written, written)

@@ -8,13 +8,13 @@ import pytest
 from handmade import handmade_sweep
 from synthetic import completed
 
+from conrod.comparison.convergence import observed_order
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.variants import ENGINE_GRIDS, Grid, step_counts
-from conrod.runs.convergence import observed_order
+from conrod.execution.case import Measurement
+from conrod.execution.run import SIGNED_ANGLES, RunCase
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import SIGNED_ANGLES, RunCase
 from conrod.studies.sweep.findings import SweptRule, fill_paste_template, pareto_front, paste_template
 from conrod.studies.sweep.study import observed_orders
 

@@ -21,14 +21,14 @@ from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import build, compile_mjcf
 from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
+from conrod.execution import releases
+from conrod.execution.case import QUANTITIES, Measurement
+from conrod.execution.releases import VersionCase, interpreter_path, release_interpreter
+from conrod.execution.runner import Runner
 from conrod.report.findings import Findings
-from conrod.report.versions import KIND
 from conrod.scenes import SCENES, scene_named
-from conrod.studies import releases
-from conrod.studies.execution.runner import Runner
-from conrod.studies.frame.case import QUANTITIES, Measurement
-from conrod.studies.releases import VersionCase, interpreter_path, release_interpreter
-from conrod.studies.versions import (
+from conrod.studies.versions.report import KIND
+from conrod.studies.versions.study import (
     LINKAGE_STEPS,
     RunHistory,
     VersionStudy,

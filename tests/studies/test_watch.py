@@ -12,13 +12,13 @@ import pytest
 from catalogue import CAM, PRESS, SAW
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
+from conrod.comparison.trajectory import Piece
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.dynamics.inverse import steady_joint_forces
-from conrod.runs.trajectory import Piece
+from conrod.execution.case import Measurement
+from conrod.execution.run import RunCase, measure
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits import stream_run as watching
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.recorders import ExactTorque

@@ -18,15 +18,15 @@ from typing import Any
 import numpy as np
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings
-from conrod.runs.trajectory import Settings
+from conrod.comparison.trajectory import Settings
+from conrod.execution.case import Case, Measurement, Study, pursue
+from conrod.execution.dispatch import Watcher, run_cases
+from conrod.execution.ledger import Ledger
+from conrod.execution.ledger_file import Claims
+from conrod.execution.local import LocalProcesses, RetryingExecutor
+from conrod.execution.run import RunCase, measure
+from conrod.execution.worker_process import CallLimits
 from conrod.scenes import SCENES
-from conrod.studies.execution.dispatch import Watcher, run_cases
-from conrod.studies.execution.local import LocalProcesses, RetryingExecutor
-from conrod.studies.execution.worker_process import CallLimits
-from conrod.studies.frame.case import Case, Measurement, Study, pursue
-from conrod.studies.frame.ledger import Ledger
-from conrod.studies.frame.ledger_file import Claims
-from conrod.studies.frame.run import RunCase, measure
 from conrod.studies.limits.case import LimitCase
 
 SAW = SCENES["saw-500rpm"]

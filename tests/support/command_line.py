@@ -18,7 +18,7 @@ import pytest
 
 from conrod import SAFE_PATH
 from conrod.cli import main
-from conrod.studies.execution.worker_process import CallLimits, WorkerProcess
+from conrod.execution.worker_process import CallLimits, WorkerProcess
 
 # What is run again and again by many tests is kept here: no test reads or writes the ledger of whoever runs them.
 _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
@@ -84,7 +84,7 @@ def conrod(
             patch.setenv(name, value)  # as the command does, and it is taken back
         patch.setattr("conrod.cli.SAID_AFTER", 1e6)  # however slow the machine is
         if not own_workers:
-            patch.setattr("conrod.studies.execution.local.WorkerProcess", kept_worker)
+            patch.setattr("conrod.execution.local.WorkerProcess", kept_worker)
         if cwd is not None:
             patch.chdir(cwd)
         if ledger is not None:

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 from conrod.report.folder import restore_findings
-from conrod.studies.ablate_findings import AblationStudy
+from conrod.studies.ablate.findings import AblationStudy
 from conrod.studies.limits.results import LimitStudy, Walk
 
 SCENE = "saw-500rpm"

@@ -11,7 +11,7 @@ from conrod.exact.motion import Array
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.mobility import check_drives
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops.reading import tree_of
+from conrod.mjcf.reading import tree_of
 
 # Where the frame stands, and how it is turned.
 FRAME = 'pos="0.3 -0.2 0.5" quat="0.8 -0.4 0.2 0.4"'

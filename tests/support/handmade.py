@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from conrod.runs.convergence import observed_order
+from conrod.comparison.convergence import observed_order
+from conrod.execution.case import QUANTITIES
 from conrod.scenes import SCENES
-from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 
 STEPS = (20, 100, 500, 2500)

@@ -29,7 +29,7 @@ MODELS = {
     HACKSAW: ("--scene", "saw-500rpm", "--crank", "motor", "--point", "C=body:bow"),
 }
 SHORT = ("--seconds", "0.05")
-QUICK = "conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5  # [s], of harden's timing, which is not at stake
+QUICK = "conrod.execution.paired_timing.BLOCK_TIME", 2e-5  # [s], of harden's timing, which is not at stake
 FEWER = 10  # one vertex of a cam in so many is kept, and its two tips: compiling it costs less
 VERBS = ("lint", "harden", "check")
 
@@ -140,5 +140,5 @@ def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
 
 def tried(base: Path, seed: str, verb: str, folder: Path) -> End:
     """The same in the process that calls, where it costs no start of Python."""
-    with patch("conrod.studies.execution.local.call_on_file", _here), patch(*QUICK):
+    with patch("conrod.execution.local.call_on_file", _here), patch(*QUICK):
         return attempt(base, seed, verb, folder)

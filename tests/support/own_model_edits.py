@@ -10,15 +10,15 @@ from unittest.mock import patch
 
 import numpy as np
 
-from conrod.mjcf.loops import scene_study
-from conrod.mjcf.loops.driving import LoopRecording
-from conrod.mjcf.loops.scanning import scan
-from conrod.mjcf.loops.scene_study import SceneBench
-from conrod.mjcf.loops.turning import Turning, prepare_turning
-from conrod.own.models.frame import GivenFrame
-from conrod.own.models.identity import Identity, identify
-from conrod.own.models.request import ModelRequest, PointPlace, Scan
-from conrod.own.models.results import ModelStudy
+from conrod.mjcf.driving import LoopRecording
+from conrod.mjcf.request import ModelRequest, PointPlace, Scan
+from conrod.models.check import study as scene_study
+from conrod.models.check.frame import GivenFrame
+from conrod.models.check.identity import Identity, identify
+from conrod.models.check.results import ModelStudy
+from conrod.models.check.scanning import scan
+from conrod.models.check.study import SceneBench
+from conrod.models.check.turning import Turning, prepare_turning
 from conrod.scenes import SCENES
 
 ROOT = Path(__file__).parents[2]

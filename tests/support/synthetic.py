@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from conrod import Outcome, Trajectory
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, Motion, motion_in_time
+from conrod.execution.case import QUANTITIES, Measurement
 from conrod.mechanism.mechanism import Joint, Revolute
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.studies.frame.case import QUANTITIES, Measurement
 
 STEPS = 500
 # Where in a step the samples of positions, velocities and accelerations lie, in steps: as MuJoCo gives all three, and

@@ -9,9 +9,9 @@ import numpy as np
 
 from conrod.cli.options import columns_in
 from conrod.exact.motion import Array
-from conrod.own.tables.columns import column_request
-from conrod.own.tables.reading import Reading, read_table
-from conrod.own.tables.study import TableStudy, study_table
+from conrod.models.tables.columns import column_request
+from conrod.models.tables.reading import Reading, read_table
+from conrod.models.tables.study import TableStudy, study_table
 from conrod.scenes import Scene
 
 ROWS = 120  # a revolution

@@ -9,7 +9,7 @@ from typing import TypeAlias
 import click
 from click.shell_completion import CompletionItem
 
-from conrod.api.files import MODELS
+from conrod.user_files.endings import MODELS
 
 Completer: TypeAlias = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
@@ -28,7 +28,7 @@ def scenes(context: click.Context, parameter: click.Parameter, begun: str) -> li
 def engines(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
     """Names of engines that can take part, and the word for all."""
     from conrod.engines import OPTIONAL_ENGINES, engine_names
-    from conrod.studies.frame.resolve_arguments import ALL_ENGINES
+    from conrod.execution.resolve_arguments import ALL_ENGINES
 
     return _matching([*engine_names(), *OPTIONAL_ENGINES, ALL_ENGINES], begun)
 

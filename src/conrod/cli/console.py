@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 
+from conrod.comparison.plain_values import plain_values
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, OutputLink, TurnQuantities
 from conrod.exact.linkage.crank_range import CrankRange
@@ -14,7 +15,6 @@ from conrod.report.folder import json_text
 from conrod.report.results import scene_description
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart
-from conrod.runs.plain_values import plain_values
 from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
 

@@ -16,7 +16,7 @@ from conrod.cli import completion, say
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from conrod.studies.execution.runner import Runs
+    from conrod.execution.runner import Runs
 
 RUN_TIMEOUT = 600.0  # [s]
 MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
@@ -201,7 +201,7 @@ class RunOptions:
     @property
     def ledger_file(self) -> Path:
         """The ledger that was named, or the user's own."""
-        from conrod.studies.frame.ledger import default_ledger_path
+        from conrod.execution.ledger import default_ledger_path
 
         return default_ledger_path() if self.ledger is None else Path(self.ledger)
 
@@ -209,7 +209,7 @@ class RunOptions:
     def runs(self) -> Iterator[Runs]:
         """The runs that the options ask for, with progress shown; an interrupt says how to go on."""
         from conrod.cli.progress import ProgressBar
-        from conrod.studies.execution.runner import Runs
+        from conrod.execution.runner import Runs
 
         path = self.ledger_file
         try:
@@ -309,7 +309,7 @@ def controls_in(texts: Iterable[str]) -> dict[str, float]:
         InvalidInput: one is not written so, or given twice.
     """
     from conrod.errors import named_values
-    from conrod.own.models.request import CONTROL_FORM
+    from conrod.mjcf.request import CONTROL_FORM
 
     controls = dict[str, float]()
     for name, text in named_values(texts, "--ctrl", CONTROL_FORM).items():
@@ -327,7 +327,7 @@ def columns_in(texts: Iterable[str], points: Sequence[str]) -> dict[str, str]:
         InvalidInput: one is not written so, is of no quantity, or given twice.
     """
     from conrod.errors import named_values
-    from conrod.own.tables.columns import quantities
+    from conrod.models.tables.columns import quantities
 
     form = "QUANTITY=..., e.g. --column time=t"
     return named_values(texts, "--column", form, "quantity", quantities(points))

@@ -56,9 +56,9 @@ class Outputs(Generic[F]):
         print_parts(self.kind.printed(list(found.values())))
         if not (self.folder or self.file or self.html):
             return
+        from conrod.execution.writing import single_file, write_together
         from conrod.report.html.page import html_report
         from conrod.report.writer import document_text, report_batch
-        from conrod.studies.frame.writing import single_file, write_together
 
         batches = [single_file(self.file, document_text(self.kind, found.parts))] if self.file else []
         place = self.folder or self.html
@@ -80,7 +80,7 @@ class Outputs(Generic[F]):
 
 def _processes(asked: ReportOptions) -> Any:
     """Processes that draw pages side by side; none where the verb has no options on runs."""
-    from conrod.studies.execution.runner import Runs
+    from conrod.execution.runner import Runs
 
     return Runs(jobs=asked.jobs).processes() if isinstance(asked, RunOptions) else nullcontext()
 
@@ -111,8 +111,8 @@ def check_outputs(
     """
     if asked.out is None and asked.document is None and asked.html is None:
         return Outputs(kind, asked)
+    from conrod.execution.files import files_to_write, folder_to_write
     from conrod.report.folder import ReportFolder
-    from conrod.studies.frame.files import files_to_write, folder_to_write
 
     if isinstance(asked, RunOptions):
         given = {"the ledger": asked.ledger_file, **given}
@@ -142,7 +142,7 @@ def reproduction(
 ) -> Reproduction:
     """The command that makes a report again; of an option that is a tuple each value was given, without its name
     where that is empty."""
-    from conrod.studies.frame.resolve_arguments import arguments_of_files
+    from conrod.execution.resolve_arguments import arguments_of_files
 
     words = ["conrod", command, SCENE]
     for name, found in options.items():

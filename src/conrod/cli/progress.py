@@ -7,10 +7,10 @@ from collections import Counter
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from conrod.comparison.trajectory import Outcome
+from conrod.execution.case import Case
+from conrod.execution.dispatch import Watcher
 from conrod.report.terminal import console as standard_console
-from conrod.runs.trajectory import Outcome
-from conrod.studies.execution.dispatch import Watcher
-from conrod.studies.frame.case import Case
 
 # Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
 SPEED_PERIOD = 120.0

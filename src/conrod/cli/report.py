@@ -28,11 +28,11 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
             raise InvalidInput("--verify: nothing is written: give neither --out nor --html")
         _verify(Path(directory))
         return
+    from conrod.execution.files import files_to_write, folder_to_write
+    from conrod.execution.writing import single_file, write_together
     from conrod.report.folder import check_other_file
     from conrod.report.html.page import html_report
     from conrod.report.writer import explain_unfit_findings, render_again, reports_in
-    from conrod.studies.frame.files import files_to_write, folder_to_write
-    from conrod.studies.frame.writing import single_file, write_together
 
     folder = Path(directory)
     if not folder.is_dir():
@@ -59,8 +59,8 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
 
 def _verify(file: Path) -> None:
     """Say whether a verification report is as it was written; exit status 1 if it is not."""
-    from conrod.own.files import check_readable
-    from conrod.report.verification.page import valid_seal
+    from conrod.user_files.files import check_readable
+    from conrod.verification.page import valid_seal
 
     check_readable(file)
     try:
@@ -81,10 +81,10 @@ def results(ledger: str | None, csv_file: str | None, document: str | None) -> N
 
     Without a file the table goes to standard output as comma-separated values.
     """
-    from conrod.studies.frame.files import files_to_write
-    from conrod.studies.frame.ledger import Ledger, default_ledger_path
-    from conrod.studies.frame.results_table import table_text
-    from conrod.studies.frame.writing import name_file_in_errors, single_file, write_together
+    from conrod.execution.files import files_to_write
+    from conrod.execution.ledger import Ledger, default_ledger_path
+    from conrod.execution.results_table import table_text
+    from conrod.execution.writing import name_file_in_errors, single_file, write_together
 
     path = default_ledger_path() if ledger is None else Path(ledger)
     files = files_to_write({"--csv": csv_file, "--json": document}, {"the ledger": path})

@@ -29,10 +29,10 @@ def show(
     """List scenes and machines, one line each; or describe one SCENE."""
     from conrod.cli.console import catalogue, instant_found, linkage_text, scene_found, turn_found
     from conrod.exact.linkage import turn_quantities
+    from conrod.execution.files import files_to_write
+    from conrod.execution.resolve_arguments import select_scene
+    from conrod.execution.writing import single_file, write_together
     from conrod.report.terminal import print_parts
-    from conrod.studies.frame.files import files_to_write
-    from conrod.studies.frame.resolve_arguments import select_scene
-    from conrod.studies.frame.writing import single_file, write_together
 
     if scene is None:
         if assignments or any(given is not None for given in (angle, drawing, document)):

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from conrod.comparison.trajectory import Piece, Settings
 from conrod.engines import plugin_values
 from conrod.engines.capabilities import CAPABILITY_TITLES, ExpectedError, KinematicResult
 from conrod.engines.engine import DEFAULT_LINE, PIECE_STEPS, LineStyle, Machine, Preset, with_fields
@@ -25,7 +26,6 @@ from conrod.engines.plugin_values import (
     refuse_unless,
 )
 from conrod.engines.tracks import ForceTracks, FreeRun
-from conrod.runs.trajectory import Piece, Settings
 
 CAPABILITY_OF_NAME: Mapping[str, type[Any]] = {kind.__name__: kind for kind in CAPABILITY_TITLES}
 

@@ -15,10 +15,10 @@ from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
 
+from conrod.comparison.trajectory import Piece, Settings
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.units import check_count, check_number
-from conrod.runs.trajectory import Piece, Settings
 
 
 class Machine(Protocol):

@@ -1,7 +1,7 @@
 """Engines of other packages (plugins), called by name and plain values from whatever process they are loaded in.
 
 A process that runs studies loads none of them: its `PluginEngine` sends its calls to a separate process
-(`conrod.studies.execution.hosted_engine`). A worker, or a user's own program, loads the plugin itself
+(`conrod.execution.hosted_engine`). A worker, or a user's own program, loads the plugin itself
 (`conrod.engines.checked_plugin`).
 """
 
@@ -14,10 +14,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
+from conrod.comparison.trajectory import Piece, Settings
 from conrod.engines.engine import CUSTOM, PIECE_STEPS, Engine, Machine, Preset, step_length
 from conrod.engines.plugin_values import EngineFault
 from conrod.engines.variants import Ingredient, SettingsRule
-from conrod.runs.trajectory import Piece, Settings
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,17 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from conrod.comparison.trajectory import (
+    BodyStates,
+    BodyTracks,
+    Instants,
+    Outcome,
+    Piece,
+    PointTracks,
+    Settings,
+    Track,
+    Trajectory,
+)
 from conrod.engines.engine import Machine
 from conrod.engines.plugin_values import (
     EngineFault,
@@ -18,17 +29,6 @@ from conrod.engines.plugin_values import (
     refuse_unless,
 )
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import (
-    BodyStates,
-    BodyTracks,
-    Instants,
-    Outcome,
-    Piece,
-    PointTracks,
-    Settings,
-    Track,
-    Trajectory,
-)
 
 Copied = TypeVar("Copied")
 

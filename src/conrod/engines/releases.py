@@ -12,9 +12,9 @@ from typing import Any
 
 import msgspec
 
+from conrod.comparison.trajectory import Settings
 from conrod.engines.engine import Machine
 from conrod.errors import InvalidInput
-from conrod.runs.trajectory import Settings
 
 VERSION_PATTERN = re.compile(r"\d+(\.\d+)+((a|b|rc|\.post|\.dev)\d+)?")
 

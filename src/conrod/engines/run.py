@@ -9,18 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from conrod.engines import Engine, engine_named
-from conrod.engines.engine import STEP_TOLERANCE, Machine, step_length
-from conrod.errors import InvalidInput
-from conrod.exact import ExactReference
-from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import Mechanism
-from conrod.mechanism.units import check_number
-from conrod.runs.comparison import Stretch
-from conrod.runs.outcome import RunVerdict, judge
-from conrod.runs.run_errors import Recorder
-from conrod.runs.trajectory import (
+from conrod.comparison.compare import Stretch
+from conrod.comparison.outcome import RunVerdict, judge
+from conrod.comparison.run_errors import Recorder
+from conrod.comparison.trajectory import (
     ArrayMapper,
     BodyStates,
     BodyTracks,
@@ -33,6 +25,14 @@ from conrod.runs.trajectory import (
     Trajectory,
     concatenate_pieces,
 )
+from conrod.engines import Engine, engine_named
+from conrod.engines.engine import STEP_TOLERANCE, Machine, step_length
+from conrod.errors import InvalidInput
+from conrod.exact import ExactReference
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
+from conrod.mechanism.units import check_number
 
 SPAN_TOLERANCE = 1e-9  # [rad], by which rounding may carry a run past the end of the driver's span
 

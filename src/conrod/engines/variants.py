@@ -9,9 +9,9 @@ from functools import partial
 from itertools import product
 from typing import Any, Generic, Literal, TypeAlias
 
+from conrod.comparison.trajectory import Settings
 from conrod.engines.engine import AnyEngineSettings, Machine, with_fields
 from conrod.errors import unknown_choice
-from conrod.runs.trajectory import Settings
 
 Grid = Literal["coarse", "default", "presets"]
 ENGINE_GRIDS: tuple[Grid, ...] = ("coarse", "default")  # of engines with the capability `SettingsGrid`

@@ -10,7 +10,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import closure_name, equality_kind, is_handle, ties_bodies
-from conrod.own.models.loading import name_or_number
+from conrod.mjcf.loading import name_or_number
 
 BODY = int(mujoco.mjtObj.mjOBJ_BODY)
 # A point further than this share of the model's extent from all geoms of its part is not on the part.

@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.motion import NO_FURTHER
 from conrod.mjcf.anchors import apart_words
 from conrod.mjcf.equalities import handle_indices, handle_words, inactive_words
-from conrod.own.models.loading import load_model
+from conrod.mjcf.loading import load_model
 
 
 def describe_closures(model: mujoco.MjModel) -> str:

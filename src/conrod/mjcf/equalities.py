@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
-from conrod.own.models.loading import list_names, name_or_number
+from conrod.mjcf.loading import list_names, name_or_number
 
 EQUALITY_KINDS = {
     mujoco.mjtEq.mjEQ_CONNECT: "connect",

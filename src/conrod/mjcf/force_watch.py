@@ -9,12 +9,12 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from conrod.comparison import other_forces as kinds
+from conrod.comparison.other_forces import OtherForce
 from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import closure_name, equality_kind, measures_angles
-from conrod.own.models.loading import joint_kind, name_or_number
-from conrod.runs import other_forces as kinds
-from conrod.runs.other_forces import OtherForce
+from conrod.mjcf.loading import joint_kind, name_or_number
 
 ROWS = mujoco.mjtConstraint
 LIMITS = {int(ROWS.mjCNSTR_LIMIT_JOINT): "joint", int(ROWS.mjCNSTR_LIMIT_TENDON): "tendon"}

@@ -10,12 +10,12 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from conrod.comparison.other_forces import OtherForce
 from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import constraint_violations
 from conrod.mjcf.force_watch import ForceWatch
-from conrod.runs.other_forces import OtherForce
 
 STATE_PARTS = mujoco.mjtState
 # All that the next step depends on, and what acts from outside; models that differ by sensors or closures share it.

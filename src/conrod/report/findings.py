@@ -18,7 +18,7 @@ from conrod.report.table import Table, cell_text, safe_html
 from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
-    from conrod.studies.frame.baseline import BaselineComparison
+    from conrod.execution.baseline import BaselineComparison
 
 F = TypeVar("F")
 HTML = ".html"
@@ -114,11 +114,11 @@ class Findings(Mapping[str, F], Generic[F]):
         Raises:
             InvalidInput: a file or folder is in the way.
         """
+        from conrod.execution.files import files_to_write, folder_to_write
+        from conrod.execution.writing import single_file, write_together
         from conrod.report.folder import ReportFolder
         from conrod.report.html.page import html_report
         from conrod.report.writer import report_batch
-        from conrod.studies.frame.files import files_to_write, folder_to_write
-        from conrod.studies.frame.writing import single_file, write_together
 
         again = command or Reproduction(self.call or f"conrod {self.kind.name} {SCENE}", self.typed)
         if str(place).lower().endswith(HTML):

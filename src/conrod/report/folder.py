@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
+from conrod.comparison.plain_values import plain_values, restore
 from conrod.errors import InvalidInput
+from conrod.execution.files import is_folder, is_special_file
+from conrod.execution.writing import real_path
 from conrod.report import numbers
-from conrod.runs.plain_values import plain_values, restore
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
-from conrod.studies.frame.files import is_folder, is_special_file
-from conrod.studies.frame.writing import real_path
 
 if TYPE_CHECKING:
     from conrod.report.kind import Kind

@@ -3,7 +3,7 @@
 To add a kind: findings, a frozen dataclass of plain values, arrays, scenes, enums and further dataclasses; templates
 `NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, which have all prose and call a
 module for tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `KIND = Kind(...)`, such as
-`report/free_motion.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before any work and writes with
+`studies/free_motion/report.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before any work and writes with
 `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
@@ -33,19 +33,19 @@ SCENE = "{scene}"  # placeholder of the scenes in a command
 
 # Modules by the name of their `KIND`, imported when a folder has a report of that kind. An application may add some.
 KINDS: dict[str, str] = {
-    "ablate": "conrod.report.ablate",
-    "printed-values": "conrod.report.printed_values",
-    "trajectory": "conrod.report.trajectory",
-    "forces": "conrod.report.forces",
-    "invariances": "conrod.report.invariances",
-    "limits": "conrod.report.limits.report",
-    "loops": "conrod.report.loops",
-    "model": "conrod.report.user_model",
-    "motion": "conrod.report.free_motion",
-    "validation": "conrod.report.validation",
-    "recommendation": "conrod.report.recommendation",
-    "sweep": "conrod.report.sweep",
-    "versions": "conrod.report.versions",
+    "ablate": "conrod.studies.ablate.report",
+    "printed-values": "conrod.models.printed.report",
+    "trajectory": "conrod.models.tables.report",
+    "forces": "conrod.studies.forces.report",
+    "invariances": "conrod.models.invariances.report",
+    "limits": "conrod.studies.limits.report",
+    "loops": "conrod.models.loops.report",
+    "model": "conrod.models.check.report",
+    "motion": "conrod.studies.free_motion.report",
+    "validation": "conrod.studies.validation.report",
+    "recommendation": "conrod.studies.sweep.recommendation_report",
+    "sweep": "conrod.studies.sweep.report",
+    "versions": "conrod.studies.versions.report",
 }
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
+from conrod.execution.result import Result, SceneResults
 from conrod.report import numbers
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
-from conrod.runs.trajectory import Outcome
 from conrod.scenes import Scene
-from conrod.studies.frame.result import Result, SceneResults
 
 PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open"}
 KINEMATIC = "kinematic mode"

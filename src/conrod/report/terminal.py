@@ -11,8 +11,8 @@ from rich.segment import Segment
 from rich.text import Text
 
 from conrod.crash import OutputClosed
+from conrod.execution.writing import name_file_in_errors
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, Verbatim, cell_text, visible_text
-from conrod.studies.frame.writing import name_file_in_errors
 
 PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; a `Verbatim` line is to be copied
 

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from conrod.crash import error_text
 from conrod.engines import environment
 from conrod.errors import InvalidInput
+from conrod.execution.writing import Batch
 from conrod.report.folder import (
     EXACT_FIELDS,
     ReportFolder,
@@ -23,7 +24,6 @@ from conrod.report.folder import (
 )
 from conrod.report.kind import KINDS, Index, Kind, Part, Reproduction, kind_named
 from conrod.report.template import Page
-from conrod.studies.frame.writing import Batch
 
 F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]

@@ -11,13 +11,13 @@ import pytest
 from four_bars import four_bar
 from own_model_edits import TEXTS, judged, replaced
 
-from conrod.mjcf.harden import harden_file
-from conrod.mjcf.lint.linting import lint
-from conrod.mjcf.loops import study
-from conrod.mjcf.loops.results import LoopRequest, LoopStudy
-from conrod.own.models.results import OWN, ModelStudy
-from conrod.report.loops import finding, how_exact
-from conrod.report.user_model import verdict
+from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.models.check.report import verdict
+from conrod.models.check.results import OWN, ModelStudy
+from conrod.models.harden.study import harden_file
+from conrod.models.lint.linting import lint
+from conrod.models.loops import study
+from conrod.models.loops.report import finding, how_exact
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 TENDON, CONTACTS = ((CASES / f"saw-{name}.xml").read_text(encoding="utf-8") for name in ("tendon-limit", "contacts"))
@@ -38,7 +38,7 @@ def looped(text: str, drive: str, seconds: float = 0.2) -> LoopStudy:
     with pytest.MonkeyPatch.context() as patch:
         for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 60}.items():
             patch.setattr(study, name, cheap)
-        patch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+        patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
         joint, _, law = drive.partition("=")
         bench = study._LoopBench.from_request(
             mujoco.MjModel.from_xml_string(text), LoopRequest({joint: law}, seconds=seconds)
@@ -48,7 +48,7 @@ def looped(text: str, drive: str, seconds: float = 0.2) -> LoopStudy:
 
 def scene(folder: Path, text: str, **more: float) -> ModelStudy:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("conrod.mjcf.loops.scene_study.LABELS", (OWN,))
+        patch.setattr("conrod.models.check.study.LABELS", (OWN,))
         return judged(folder, "saw", text, **more)
 
 

@@ -16,10 +16,10 @@ from conrod import harden
 from conrod.engines.mujoco import HARDENING_FACTOR
 from conrod.engines.mujoco.compiled_edits import INVERSE_WEIGHTS, set_armature, set_step
 from conrod.exact.motion import Array
-from conrod.mjcf.loops.driving import Drives, driven_run
-from conrod.mjcf.loops.results import OWN, LoopRequest
-from conrod.mjcf.loops.runs import with_settings
-from conrod.mjcf.loops.study import _LoopBench
+from conrod.mjcf.driven_runs import with_settings
+from conrod.mjcf.driving import Drives, driven_run
+from conrod.mjcf.loop_results import OWN, LoopRequest
+from conrod.models.loops.study import _LoopBench
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 STEPS, STEP = 100, 1e-3

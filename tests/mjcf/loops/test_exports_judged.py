@@ -9,18 +9,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from conrod.comparison.trajectory import Outcome
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.errors import InvalidInput
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.scene_study import study_scene_model
-from conrod.mjcf.loops.turning import prepare_turning
-from conrod.own.models.frame import GivenFrame
-from conrod.own.models.loading import load_model
-from conrod.own.models.request import ModelRequest, places_of
-from conrod.own.models.results import ModelStudy
-from conrod.runs.trajectory import Outcome
+from conrod.mjcf.loading import load_model
+from conrod.mjcf.reading import tree_of
+from conrod.mjcf.request import ModelRequest, places_of
+from conrod.models.check.frame import GivenFrame
+from conrod.models.check.results import ModelStudy
+from conrod.models.check.study import study_scene_model
+from conrod.models.check.turning import prepare_turning
 from conrod.scenes import SCENES, Scene, catalogue_names, dynamics_names, scene_named
 
 # Change points at which another branch begins: no turn of theirs is followed.

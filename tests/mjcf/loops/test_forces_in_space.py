@@ -15,9 +15,9 @@ from conrod.exact.dynamics.inverse import CrankStates, joint_forces
 from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.loops.reading import tree_of
-from conrod.mjcf.loops.results import LoopRequest
-from conrod.mjcf.loops.study import _LoopBench
+from conrod.mjcf.loop_results import LoopRequest
+from conrod.mjcf.reading import tree_of
+from conrod.models.loops.study import _LoopBench
 from conrod.scenes import scene_named
 from conrod.scenes.space import MACHINES
 

@@ -14,8 +14,8 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import motion as motion_module
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops.results import LoopRequest, LoopStudy
-from conrod.mjcf.loops.study import _LoopBench
+from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.models.loops.study import _LoopBench
 
 LAW = {"crank": "60rpm"}
 
@@ -139,9 +139,9 @@ def test_a_loop_twice_is_redundant_and_a_loop_missing_is_a_freedom_more() -> Non
 def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_them(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
-    monkeypatch.setattr("conrod.mjcf.loops.study.FINER", (1,))
-    monkeypatch.setattr("conrod.mjcf.loops.study.COARSER", (2,))
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.models.loops.study.FINER", (1,))
+    monkeypatch.setattr("conrod.models.loops.study.COARSER", (2,))
     wall = '<geom name="wall" size="1" pos="0.3 -0.2 0.5"/></worldbody>'
     ball = '<geom name="ball" size="0.03" pos="0.3 0 0" mass="0"/><site name="C"'
     text = four_bar().replace("</worldbody>", wall).replace('<site name="C"', ball).replace('contact="disable"', "")

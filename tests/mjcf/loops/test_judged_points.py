@@ -10,10 +10,10 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from conrod.mjcf.loops import study
-from conrod.mjcf.loops.results import LOOPS, LoopRequest, LoopRun, LoopStudy, ShippedRun
-from conrod.report.loops import finding
-from conrod.runs.trajectory import Outcome
+from conrod.comparison.trajectory import Outcome
+from conrod.mjcf.loop_results import LOOPS, LoopRequest, LoopRun, LoopStudy, ShippedRun
+from conrod.models.loops import study
+from conrod.models.loops.report import finding
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 LEG = CASES / "strut-leg.xml"
@@ -40,7 +40,7 @@ def leg(*points: str) -> LoopStudy:
     with pytest.MonkeyPatch.context() as patch:
         for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
             patch.setattr(study, name, cheap)
-        patch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+        patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
         return study.study_loops(LEG, LoopRequest(LEG_DRIVES, points=points, tolerance={"position": ALLOWED}), "leg")
 
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from conrod.exact.space import SpatialTree
-from conrod.mjcf.loops import study as study_module
-from conrod.mjcf.loops.load_differences import list_load_differences
-from conrod.mjcf.loops.reading import machine_tree, tree_of
-from conrod.mjcf.loops.results import LoopRequest
-from conrod.report.loops import finding, how_exact
+from conrod.mjcf.loop_results import LoopRequest
+from conrod.mjcf.reading import machine_tree, tree_of
+from conrod.models.loops import study as study_module
+from conrod.models.loops.load_differences import list_load_differences
+from conrod.models.loops.report import finding, how_exact
 from conrod.scenes.space import MACHINES
 
 MACHINE = "rssr"
@@ -70,7 +70,7 @@ def test_loads_of_the_machine_itself_to_six_digits_do_not_differ() -> None:
 def test_a_finding_names_loads_that_differ_of_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
         monkeypatch.setattr(study_module, name, cheap)
-    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
     text, file = MACHINES[MACHINE]().mjcf, tmp_path / "damped.xml"
     assert text.count('name="output"') == 1
     file.write_text(text.replace('name="output"', 'name="output" damping="0.1"'), encoding="utf-8")

@@ -13,17 +13,17 @@ import numpy as np
 import pytest
 from four_bars import four_bar
 
+from conrod.comparison.convergence import claimed_order
+from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
-from conrod.mjcf.loops.differences import MachineComparison, compare_with_machine
-from conrod.mjcf.loops.driving import LoopRecording, driven_run
-from conrod.mjcf.loops.reading import machine_tree
-from conrod.mjcf.loops.results import KINEMATIC_TOLERANCE, OWN, LoopRequest, LoopRun
-from conrod.mjcf.loops.runs import compare_kinematics, judge_run, with_settings
-from conrod.mjcf.loops.study import _LoopBench, study_loops
-from conrod.runs.convergence import claimed_order
-from conrod.runs.trajectory import Outcome
+from conrod.mjcf.differences import MachineComparison, compare_with_machine
+from conrod.mjcf.driven_runs import compare_kinematics, judge_run, with_settings
+from conrod.mjcf.driving import LoopRecording, driven_run
+from conrod.mjcf.loop_results import KINEMATIC_TOLERANCE, OWN, LoopRequest, LoopRun
+from conrod.mjcf.reading import machine_tree
+from conrod.models.loops.study import _LoopBench, study_loops
 from conrod.scenes.space import MACHINES
 
 TIMES = np.linspace(0.0, 1.0, 25)

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from own_model_edits import TEXTS, replaced
 
-from conrod.mjcf.loops import study
-from conrod.mjcf.loops.law_comparison import allowed_speed_error, is_on_branch_of_laws
-from conrod.mjcf.loops.results import LoopRequest, LoopStudy
-from conrod.report.loops import finding
+from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.models.loops import study
+from conrod.models.loops.law_comparison import allowed_speed_error, is_on_branch_of_laws
+from conrod.models.loops.report import finding
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 SAW = TEXTS["saw"]
@@ -56,7 +56,7 @@ def looped(text: str, law: str = "40rpm", seconds: float | None = None) -> LoopS
     with pytest.MonkeyPatch.context() as patch:
         for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 60, "LABELS": ("as it is",)}.items():
             patch.setattr(study, name, cheap)
-        patch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+        patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
         question = LoopRequest({"crank": law}, seconds=seconds, tolerance={"position": 1e-3})
         bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(text), question)
         return bench.study("model.xml", "model", None)
@@ -184,7 +184,7 @@ def test_a_run_that_ends_on_another_branch_is_named_though_it_begins_on_the_laws
         seen.append(float(pose[1]))
         return answers[len(seen) - 1]
 
-    monkeypatch.setattr("conrod.mjcf.loops.law_comparison.is_on_branch_of_laws", branch)
+    monkeypatch.setattr("conrod.models.loops.law_comparison.is_on_branch_of_laws", branch)
     assert bench._compare_with_laws(shipped, motion, 0.2).laws.other_branch is other
     # At the start, and a turn of the crank further, after the motion of the laws: not after the turn that follows.
     assert seen == pytest.approx([0.0, 2.0 * np.pi][: len(answers)], abs=1e-2)
@@ -212,7 +212,7 @@ def test_a_run_that_breaks_off_after_the_laws_motion_says_nothing_of_speeds(monk
     bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(keyed(1.3)), LoopRequest({"crank": "40rpm"}))
     shipped, motion = bench._run_as_shipped(0.2), bench.machine.motion(np.linspace(0.0, 1.5, 9))
     assert bench._compare_with_laws(shipped, motion, 0.2).laws.differs
-    monkeypatch.setattr("conrod.mjcf.loops.law_comparison.break_off_reason", lambda *_: "not finite")
+    monkeypatch.setattr("conrod.models.loops.law_comparison.break_off_reason", lambda *_: "not finite")
     assert not bench._compare_with_laws(shipped, motion, 0.2).laws.speeds
 
 

@@ -12,8 +12,8 @@ from conrod.exact.space import SpatialTree
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.loop_closure import jacobian, residuals
 from conrod.exact.space.motion import displace
-from conrod.mjcf.loops.driving import site_points
-from conrod.mjcf.loops.reading import tree_of
+from conrod.mjcf.driving import site_points
+from conrod.mjcf.reading import tree_of
 
 # Joints of a body as MuJoCo allows them: a ball comes after hinges, and no body has more than six freedoms.
 JOINTS = (

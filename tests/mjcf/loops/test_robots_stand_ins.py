@@ -13,13 +13,13 @@ import mujoco
 import numpy as np
 import pytest
 
+from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.exact.space.mobility import Mobility
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops import study
-from conrod.mjcf.loops.results import LoopRequest, LoopStudy
-from conrod.report.loops import finding
-from conrod.runs.trajectory import Outcome
+from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.models.loops import study
+from conrod.models.loops.report import finding
 
 GEOM = '<geom type="capsule" size="0.01" fromto="0 0 0 {}" contype="0" conaffinity="0"/>'
 

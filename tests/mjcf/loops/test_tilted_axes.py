@@ -16,11 +16,11 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.immobility import JointCorrection, describe_corrections, explain_immobility
 from conrod.exact.space.mobility import TooManyDrivesError, check_drives
 from conrod.exact.space.motion import DrivenTree
-from conrod.mjcf.loops.reading import laws_of, tree_of
-from conrod.mjcf.loops.results import LoopRequest
-from conrod.mjcf.loops.scene_study import study_scene_model
-from conrod.mjcf.loops.study import _LoopBench, study_loops
-from conrod.own.models.frame import GivenFrame
+from conrod.mjcf.loop_results import LoopRequest
+from conrod.mjcf.reading import laws_of, tree_of
+from conrod.models.check.frame import GivenFrame
+from conrod.models.check.study import study_scene_model
+from conrod.models.loops.study import _LoopBench, study_loops
 from conrod.scenes import SCENES
 from conrod.scenes.space import MACHINES
 

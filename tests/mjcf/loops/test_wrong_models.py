@@ -13,19 +13,19 @@ import numpy as np
 import pytest
 from command_line import conrod
 
+from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.exact.space.motion import NO_FURTHER
 from conrod.mjcf.causes import append_causes
+from conrod.mjcf.differences import MachineComparison, list_differences
 from conrod.mjcf.equalities import constraint_violations, inactive_closures, inactive_words
-from conrod.mjcf.loops import study as study_module
-from conrod.mjcf.loops.differences import MachineComparison, list_differences
-from conrod.mjcf.loops.reading import machine_tree, tree_of
-from conrod.mjcf.loops.results import LoopRequest, LoopRun, LoopStudy
-from conrod.mjcf.loops.start import open_start
-from conrod.mjcf.loops.study import study_loops
-from conrod.report.loops import finding
-from conrod.report.start_pose import open_start_words
-from conrod.runs.trajectory import Outcome
+from conrod.mjcf.loop_results import LoopRequest, LoopRun, LoopStudy
+from conrod.mjcf.reading import machine_tree, tree_of
+from conrod.mjcf.start import open_start
+from conrod.mjcf.start_pose_words import open_start_words
+from conrod.models.loops import study as study_module
+from conrod.models.loops.report import finding
+from conrod.models.loops.study import study_loops
 from conrod.scenes.space import MACHINES
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
@@ -43,7 +43,7 @@ def few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Studies of closed loops make no more runs than their verdict needs."""
     for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 25}.items():
         monkeypatch.setattr(study_module, name, cheap)
-    monkeypatch.setattr("conrod.studies.frame.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
 
 
 def study_of(path: Path, machine: str, **question: object) -> LoopStudy:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from conrod.comparison.trajectory import BodyTracks, Piece, PointTracks, Track
 from conrod.engines.box2d import BOX2D_PRESETS, Box2DSettings
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.capabilities import TIMED_REFERENCE
@@ -22,7 +23,6 @@ from conrod.engines.numerics import centre_state, frames_from_centres
 from conrod.engines.run import RecordedStretch, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Prismatic, Revolute
-from conrod.runs.trajectory import BodyTracks, Piece, PointTracks, Track
 
 with warnings.catch_warnings():
     # Types made by SWIG warn that they have no module; where warnings are errors, that ends the interpreter.

@@ -27,6 +27,8 @@ from exudyn.itemInterface import (
     ObjectRigidBody2D,
 )
 
+from conrod.comparison.outcome import RunVerdict
+from conrod.comparison.trajectory import BodyTracks, Outcome, Piece
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.exudyn import EXUDYN_PRESETS, TRAPEZOIDAL, ExudynSettings
@@ -34,8 +36,6 @@ from conrod.engines.numerics import place_at_angles
 from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
-from conrod.runs.outcome import RunVerdict
-from conrod.runs.trajectory import BodyTracks, Outcome, Piece
 
 SUPPORTED_JOINTS = (Revolute, Prismatic)
 

@@ -26,6 +26,7 @@ import jax.numpy as jnp
 import mujoco
 import numpy as np
 
+from conrod.comparison.trajectory import Piece
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.mjx import MJX_PRESETS, MJXSettings
@@ -43,7 +44,6 @@ from conrod.engines.mujoco.error_bound import (
 from conrod.engines.mujoco.model import MuJoCoModel, build
 from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT, largest_derivatives
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Piece
 
 with redirect_stdout(io.StringIO()):  # it prints that it has no Warp
     from mujoco import mjx

@@ -10,13 +10,13 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from conrod.comparison.outcome import RunVerdict
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build
 from conrod.engines.run import RecordedStretch, record_pieces
 from conrod.exact.motion import Array
-from conrod.runs.outcome import RunVerdict
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
 
 # Warnings at which MuJoCo resets the state, unless `autoreset` is off.
 BAD_NUMBER_WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")

@@ -20,6 +20,8 @@ from functools import cache
 import mujoco
 import numpy as np
 
+from conrod.comparison.outcome import judge
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
 from conrod.engines.mujoco import MuJoCoSettings
@@ -33,8 +35,6 @@ from conrod.exact.dynamics.inverse import component_names, joint_forces_of_motio
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Point, Prismatic, Revolute, to_world
-from conrod.runs.outcome import judge
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Outcome
 
 Reader = Callable[[Array], Array]  # poses (3 n,) of the state that was solved -> components (2,)
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.numerics import frames_from_centres
 from conrod.engines.pymunk import PymunkSettings
@@ -26,7 +27,6 @@ from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, cache_blocks, rotate_planar
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
 
 
 @dataclass(frozen=True)

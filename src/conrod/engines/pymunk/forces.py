@@ -21,6 +21,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from conrod.comparison.outcome import judge
+from conrod.comparison.trajectory import Instants, Outcome
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import centres_from_frames, frames_from_centres
@@ -35,8 +37,6 @@ from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import component_names
 from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.outcome import judge
-from conrod.runs.trajectory import Instants, Outcome
 
 FIRST_SAMPLE = 3  # index of the first sample whose acceleration is reported
 SAMPLES_PER_MEAN = 16  # over which forces are averaged on machines with contact

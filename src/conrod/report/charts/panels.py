@@ -11,13 +11,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.exact.motion import Array
+from conrod.execution.result import Result
 from conrod.report.charts.canvas import (
     add_legend_above,
     draw_tolerance_heads,
     set_decades,
 )
 from conrod.report.charts.styles import curve_style, label
-from conrod.studies.frame.result import Result
 
 MARKERS_PER_CURVE = 12  # of a curve
 PANEL_HEIGHT, MARGINS = 2.8, 1.05  # of a panel, and of legend and labels [inch]

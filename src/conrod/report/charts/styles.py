@@ -5,9 +5,9 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import Any
 
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import ENGINES, PLUGIN_COLOURS, engine_style, line_style
-from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.result import Result
+from conrod.execution.result import Result
 
 CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that belong to no engine
 

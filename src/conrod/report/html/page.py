@@ -15,13 +15,13 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup, escape
 
+from conrod.execution.writing import Batch
 from conrod.report.figure import FOLDER as FIGURES
 from conrod.report.figure import with_spots
 from conrod.report.folder import restore_findings
 from conrod.report.html.markdown import Place, render_html
 from conrod.report.kind import Kind, Part, kind_named
 from conrod.report.table import safe_html
-from conrod.studies.frame.writing import Batch
 
 TEMPLATES = "conrod.report.html"
 PAGE_SUFFIX = ".md"

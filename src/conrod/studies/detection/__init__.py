@@ -1,1 +1,1 @@
-"""Detection of defects: does a verdict notice defects of known size that are planted?"""
+"""Planted defects, and which of them a verdict notices."""

@@ -14,12 +14,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from conrod.engines.engine import Engine
-from conrod.errors import InvalidInput
-from conrod.exact import ExactReference, GenericReference
-from conrod.exact.kinematics import Kinematics
-from conrod.mechanism.mechanism import Mechanism, Point, Revolute
-from conrod.runs.trajectory import (
+from conrod.comparison.trajectory import (
     ArrayMapper,
     BodyStates,
     BodyTracks,
@@ -29,6 +24,11 @@ from conrod.runs.trajectory import (
     Track,
     concatenate_pieces,
 )
+from conrod.engines.engine import Engine
+from conrod.errors import InvalidInput
+from conrod.exact import ExactReference, GenericReference
+from conrod.exact.kinematics import Kinematics
+from conrod.mechanism.mechanism import Mechanism, Point, Revolute
 from conrod.scenes import Scene
 
 ASSEMBLY_TRIES = 40  # random starts from which another assembly is searched for

@@ -7,23 +7,23 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from conrod.comparison.outcome import RunVerdict, judge
+from conrod.comparison.run_errors import RunErrors
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import ForceReport
 from conrod.engines.run import feed_recorders
 from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
-from conrod.runs.outcome import RunVerdict, judge
-from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import Outcome
+from conrod.execution.case import Study
+from conrod.execution.result import EngineCase, Result, case_results
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS_DEFECT, MOTION_DEFECTS, Defect, DefectFunction, Recording
 from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, force_peaks
 from conrod.studies.forces.mass_likeness import mass_likenesses, visible_properties
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, record_forces
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, Result, case_results
 from conrod.studies.validation.plan import Plan, empty_result, prepare_run
 from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 

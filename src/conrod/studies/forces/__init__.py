@@ -1,1 +1,1 @@
-"""Validation of the drive torque, joint reactions and contact force that engines report."""
+"""Forces that engines report, judged by the exact ones."""

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.comparison.compare import size_of
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Preset
 from conrod.engines.tracks import ForceTracks
@@ -29,7 +30,6 @@ from conrod.exact.dynamics.inverse import (
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact, Mechanism
-from conrod.runs.comparison import size_of
 from conrod.scenes import Scene
 from conrod.studies.forces.results import (
     ForceErrors,

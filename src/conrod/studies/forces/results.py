@@ -9,7 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from conrod.exact.dynamics.inverse import TORQUE
-from conrod.studies.frame.result import AS_ASKED, Result, SceneResults, misfit_words
+from conrod.execution.result import AS_ASKED, Result, SceneResults, misfit_words
 
 GROUPS = ("torque", "reactions", "contact")
 # A wrong mass is claimed from errors that look like more than half of a detectable change of it.

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from conrod.comparison.convergence import claimed_order
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import ExpectedForces, ForceLaw, ForceReport, MissingCapability, capability
 from conrod.engines.tracks import ForceTracks, unreported_forces
-from conrod.runs.convergence import claimed_order
-from conrod.runs.trajectory import Outcome
+from conrod.execution.prediction import reference_misfit
+from conrod.execution.result import EngineCase, run_refinement_path
 from conrod.scenes import Scene
 from conrod.studies.forces.force_errors import (
     ExpectedForceErrors,
@@ -21,8 +23,6 @@ from conrod.studies.forces.force_errors import (
 )
 from conrod.studies.forces.mass_likeness import mass_likenesses
 from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult
-from conrod.studies.frame.prediction import reference_misfit
-from conrod.studies.frame.result import EngineCase, run_refinement_path
 from conrod.studies.validation.plan import Plan
 
 NO_CONTACT_REASON = "no joint of the machine acts by contact"

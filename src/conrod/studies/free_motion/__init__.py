@@ -1,1 +1,1 @@
-"""Validation of free motion, which loads and inertia determine and no prescribed crank."""
+"""Motion without a drive, judged by the equations of motion."""

@@ -9,7 +9,7 @@ from typing import Self
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.studies.frame.result import Result, SceneResults
+from conrod.execution.result import Result, SceneResults
 
 QUANTITIES = ("position", "energy")
 # Error of the exact motion's energy balance up to which the exact motion is fit to judge by.

@@ -8,18 +8,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from conrod.comparison.compare import size_of
+from conrod.comparison.convergence import claimed_order
+from conrod.comparison.run_errors import equal_spans
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import FreeMotionRuns, require_capability
 from conrod.engines.tracks import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.comparison import size_of
-from conrod.runs.convergence import claimed_order
-from conrod.runs.run_errors import equal_spans
-from conrod.runs.trajectory import Outcome
+from conrod.execution.case import Study
+from conrod.execution.result import EngineCase, presets_study
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.result import EngineCase, presets_study
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, observed_positions
 from conrod.studies.free_motion.plan import FREE, POSITION_TOLERANCE, STEP_DIVISORS, MotionPlan, drives_crank
 from conrod.studies.free_motion.results import (

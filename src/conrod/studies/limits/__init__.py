@@ -1,1 +1,1 @@
-"""Limits: values at which an engine stops being trustworthy, and how it fails there."""
+"""Where each engine stops being trustworthy, and how it fails there."""

@@ -9,9 +9,9 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+from conrod.comparison.trajectory import Settings
 from conrod.engines.engine import with_fields
 from conrod.mechanism.units import check_number
-from conrod.runs.trajectory import Settings
 from conrod.studies.limits import changed_machines as machines
 from conrod.studies.limits.axis import Axis, Scale, Spans
 from conrod.studies.limits.case import LimitCase, Setup

@@ -10,15 +10,15 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from conrod.comparison.trajectory import Settings
 from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability, require_capability
 from conrod.exact import GenericReference
 from conrod.exact.motion import Motion, Side
+from conrod.execution.case import Measurement
+from conrod.execution.run import MIN_PASS_STEPS, RunCase
 from conrod.mechanism.mechanism import Mechanism
-from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Measurement
-from conrod.studies.frame.run import MIN_PASS_STEPS, RunCase
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run
 

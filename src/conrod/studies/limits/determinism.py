@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from conrod.comparison.plain_values import plain_values
 from conrod.engines import engine_named
-from conrod.runs.plain_values import plain_values
+from conrod.execution.case import Measurement, Study
+from conrod.execution.local import FailedCall, call_isolated
 from conrod.scenes import Saw, Scene, ShearPress
-from conrod.studies.execution.local import FailedCall, call_isolated
-from conrod.studies.frame.case import Measurement, Study
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.records import Extremes
 from conrod.studies.limits.stream_run import stream_run

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from conrod.engines.engine import with_fields
-from conrod.studies.frame.case import Measurement, Study
+from conrod.execution.case import Measurement, Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import with_float_speed_share

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from conrod.studies.frame.case import Measurement, Study
+from conrod.execution.case import Measurement, Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import spaced_values
 from conrod.studies.limits.case import Setup

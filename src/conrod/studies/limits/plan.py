@@ -10,9 +10,9 @@ from typing import Any
 
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
+from conrod.execution.case import QUANTITIES, Measurement, Results, Study, pursue
+from conrod.execution.reference_guard import ReferenceGuard
 from conrod.scenes import Scene
-from conrod.studies.frame.case import QUANTITIES, Measurement, Results, Study, pursue
-from conrod.studies.frame.reference_guard import ReferenceGuard
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, spaced_values
 from conrod.studies.limits.case import LimitCase, Setup

@@ -9,11 +9,11 @@ from functools import cached_property
 
 import numpy as np
 
+from conrod.comparison.trajectory import Trajectory
 from conrod.exact.dynamics import load_forces
 from conrod.exact.equations import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
-from conrod.runs.trajectory import Trajectory
 from conrod.studies.limits.records import Flight
 
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from conrod.runs.plain_values import restore
-from conrod.runs.trajectory import Outcome
-from conrod.studies.frame.case import Measurement
+from conrod.comparison.plain_values import restore
+from conrod.comparison.trajectory import Outcome
+from conrod.execution.case import Measurement
 
 
 @dataclass(frozen=True)

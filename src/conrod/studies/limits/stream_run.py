@@ -7,22 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from conrod.comparison.compare import Stretch
+from conrod.comparison.outcome import RunVerdict, joint_gaps
+from conrod.comparison.plain_values import plain_values
+from conrod.comparison.run_errors import RunErrors
+from conrod.comparison.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE_STEPS
 from conrod.errors import InvalidInput
-from conrod.runs.comparison import Stretch
-from conrod.runs.outcome import RunVerdict, joint_gaps
-from conrod.runs.plain_values import plain_values
-from conrod.runs.run_errors import RunErrors
-from conrod.runs.trajectory import Outcome, Piece, concatenate_pieces
-from conrod.studies.frame.case import Measurement, contradictions
-from conrod.studies.frame.prediction import Prediction
-from conrod.studies.frame.run import (
-    MIN_PASS_STEPS,
-    PREDICTED_SAMPLES_PER_TURN,
-    clamp_to_span,
-    unsupported_measurement,
-)
+from conrod.execution.case import Measurement, contradictions
+from conrod.execution.prediction import Prediction
+from conrod.execution.run import MIN_PASS_STEPS, PREDICTED_SAMPLES_PER_TURN, clamp_to_span, unsupported_measurement
 from conrod.studies.limits.recorders import DEPTH_REVOLUTIONS, ExactTorque, Fingerprint, FlightRecorder, recorded_series
 from conrod.studies.limits.records import Extremes
 

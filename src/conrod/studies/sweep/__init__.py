@@ -1,1 +1,1 @@
-"""Speed against accuracy: sweeps over grids, and recommendations within tolerances."""
+"""Error and cost over many settings, and the cheapest settings within tolerances."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from itertools import zip_longest
 from typing import Any, TypeVar
 
-from conrod.runs.convergence import ObservedOrder
+from conrod.comparison.convergence import ObservedOrder
 
 COMPLETED = "completed"
 Item = TypeVar("Item")

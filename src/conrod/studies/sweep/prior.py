@@ -13,8 +13,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any, NamedTuple
 
+from conrod.execution.case import QUANTITIES
 from conrod.scenes import SCENES, Scene
-from conrod.studies.frame.case import QUANTITIES
 from conrod.studies.sweep.study import RulePlan
 
 PRIOR_FILE = "prior.json"

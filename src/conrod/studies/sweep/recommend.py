@@ -6,16 +6,16 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from conrod.comparison.trajectory import Settings
 from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
 from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
+from conrod.execution.case import Study
+from conrod.execution.reference_guard import ReferenceGuard
+from conrod.execution.run import RunCase
+from conrod.execution.timing import Timing
 from conrod.mechanism.units import check_number
-from conrod.runs.trajectory import Settings
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.reference_guard import ReferenceGuard
-from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing
 from conrod.studies.sweep.prior import PriorSweep, ranked_guesses
 from conrod.studies.sweep.step_search import (
     Candidate,

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.studies.frame.case import Measurement, Study
-from conrod.studies.frame.run import RunCase
+from conrod.execution.case import Measurement, Study
+from conrod.execution.run import RunCase
 from conrod.studies.sweep.prior import DEFAULT_ORDER
 from conrod.studies.sweep.study import RulePlan
 

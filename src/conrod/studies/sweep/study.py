@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from statistics import median
 from typing import Any
 
+from conrod.comparison.convergence import ObservedOrder, observed_order
+from conrod.comparison.trajectory import Settings
 from conrod.engines import Engine
 from conrod.engines.capabilities import (
     MissingCapability,
@@ -19,13 +21,11 @@ from conrod.engines.capabilities import (
 )
 from conrod.engines.engine import CUSTOM
 from conrod.engines.variants import PRESETS_GRID, Grid, SettingsRule, step_counts
-from conrod.runs.convergence import ObservedOrder, observed_order
-from conrod.runs.trajectory import Settings
+from conrod.execution.case import QUANTITIES, Results, Study
+from conrod.execution.reference_guard import ReferenceGuard
+from conrod.execution.run import RunCase
+from conrod.execution.timing import Timing, machine_fingerprint
 from conrod.scenes import Scene
-from conrod.studies.frame.case import QUANTITIES, Results, Study
-from conrod.studies.frame.reference_guard import ReferenceGuard
-from conrod.studies.frame.run import RunCase
-from conrod.studies.frame.timing import Timing, machine_fingerprint
 from conrod.studies.sweep.findings import COMPLETED, SweepStudy, SweptPoint, SweptRule, paste_template
 
 SWEEP_CAPABILITIES: tuple[type[Any], ...] = (SettingsGrid, TimedStepping)

@@ -1,1 +1,1 @@
-"""Validation: errors of engines against the exact motion at constant crank speed."""
+"""Engines on scenes at constant crank speed, judged by the exact motion."""

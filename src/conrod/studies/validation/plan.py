@@ -10,6 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from conrod.comparison.compare import Stretch
+from conrod.comparison.convergence import claimed_order
+from conrod.comparison.outcome import RunVerdict
+from conrod.comparison.run_errors import DrawnCurve, PointSizes, RunErrors
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
 from conrod.engines.engine import Preset, default_steps, run_extent
@@ -17,16 +22,11 @@ from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.runs.comparison import Stretch
-from conrod.runs.convergence import claimed_order
-from conrod.runs.outcome import RunVerdict
-from conrod.runs.run_errors import DrawnCurve, PointSizes, RunErrors
-from conrod.runs.trajectory import Outcome
+from conrod.execution.case import QUANTITIES
+from conrod.execution.prediction import Prediction, merged_misfit, reference_misfit
+from conrod.execution.result import refinement_path, run_refinement_path
+from conrod.execution.run import MIN_PASS_STEPS
 from conrod.scenes import Scene
-from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.prediction import Prediction, merged_misfit, reference_misfit
-from conrod.studies.frame.result import refinement_path, run_refinement_path
-from conrod.studies.frame.run import MIN_PASS_STEPS
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
 DRAWN_POSES = 60  # of a revolution, in an animated drawing: 6 deg apart

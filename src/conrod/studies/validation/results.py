@@ -9,8 +9,8 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.studies.frame.case import QUANTITIES
-from conrod.studies.frame.result import AS_ASKED, Result, SceneResults, misfit_words
+from conrod.execution.case import QUANTITIES
+from conrod.execution.result import AS_ASKED, Result, SceneResults, misfit_words
 
 Mode = Literal["kinematic", "dynamic"]
 

@@ -9,18 +9,18 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from conrod.comparison.compare import QUANTITIES as COMPARED_QUANTITIES
+from conrod.comparison.compare import size_of
+from conrod.comparison.outcome import joint_gaps
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import KinematicMode, KinematicResult, MissingCapability, capability
 from conrod.engines.engine import default_steps, judged_preset
 from conrod.engines.numerics import NEAR_CHANGE_POINT
-from conrod.runs.comparison import QUANTITIES as COMPARED_QUANTITIES
-from conrod.runs.comparison import size_of
-from conrod.runs.outcome import joint_gaps
-from conrod.runs.trajectory import Outcome
+from conrod.execution.case import Study
+from conrod.execution.prediction import merged_misfit, reference_misfit, solved_misfit
+from conrod.execution.result import EngineCase, presets_study
 from conrod.scenes import Scene
-from conrod.studies.frame.case import Study
-from conrod.studies.frame.prediction import merged_misfit, reference_misfit, solved_misfit
-from conrod.studies.frame.result import EngineCase, presets_study
 from conrod.studies.validation.plan import Plan, empty_result, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 

@@ -1,0 +1,248 @@
+"""The ledger: measurement and cost of every finished run, in one SQLite file that outlives the process."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import zlib
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+import msgspec
+import platformdirs
+
+from conrod.errors import InvalidInput
+from conrod.execution.case import Case, Measurement, identity_digest
+from conrod.execution.ledger_file import LOCK_TIMEOUT, Claims, connect, connect_for_reading, name_ledger_in_errors
+from conrod.execution.writing import real_path
+from conrod.scenes.scene import canonical_json
+
+if TYPE_CHECKING:
+    from conrod.execution.timing import Timing
+
+MAX_MEASUREMENT_BYTES = 1 << 28  # usually some kB, or MB with a payload
+LABEL_KEY = "label"  # kept with the identity, and no part of it: the preset that the settings are
+SAVED_NAMES = {"payload": "beside"}  # fields that a row keeps under an older name
+FIELD_NAMES = {saved: name for name, saved in SAVED_NAMES.items()}
+TIMING_COLUMNS = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
+
+
+def default_ledger_path() -> Path:
+    """Path in CONROD_LEDGER if that is set, else a file in the user's cache folder."""
+    named = os.environ.get("CONROD_LEDGER")
+    return Path(named) if named else platformdirs.user_cache_path("conrod") / "ledger.sqlite"
+
+
+class Ledger:
+    """Finished runs by the key of their case; timings apart from them, by machine.
+
+    What `keep` returned from survives the process being killed at any moment. Several processes may use one ledger.
+    Every method raises InvalidInput, in one line, where the file is locked for long, on a full disk, read-only or
+    damaged as a whole; what was kept before stays. A single damaged row counts as not there.
+
+    Attributes:
+        claims: of this process on what it runs; closed with the ledger.
+        damaged: how many runs `rows` has left out.
+    """
+
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
+        self.path = path
+        self._connection = connection
+        self.claims = Claims(real_path(path))
+        self.damaged = 0
+
+    @classmethod
+    def open(cls, path: Path, patience: float = LOCK_TIMEOUT) -> Ledger:
+        """Open the ledger in a file; create the file and its folders if missing.
+
+        Args:
+            patience: how long to wait for another process that writes [s].
+
+        Raises:
+            InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
+        """
+        return cls(path, connect(path, patience))
+
+    @classmethod
+    @contextmanager
+    def open_for_reading(cls, path: Path) -> Iterator[Self]:
+        """Open an existing ledger for reading, also where nothing can be written.
+
+        Raises:
+            InvalidInput: as `open`.
+        """
+        with connect_for_reading(path) as connection, cls(path, connection) as ledger:
+            yield ledger
+
+    def close(self) -> None:
+        """Close the file; closing twice does nothing."""
+        self._connection.close()
+        self.claims.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    # -- runs --------------------------------------------------------------------------------------------------------
+
+    def finished_keys(self, keys: Iterable[str]) -> set[str]:
+        """Keys whose run the ledger has, whatever its outcome."""
+        return {key for (key,) in self._select("SELECT key FROM runs WHERE key IN", set(keys))}
+
+    def stops_at_limits(self, keys: Iterable[str]) -> dict[str, tuple[str, float]]:
+        """Outcome and limit [s] or [bytes] by key, for runs that ended at a limit."""
+        # They are few, and have an index of their own: all are read, whatever is asked for.
+        with name_ledger_in_errors(self.path):
+            found = self._connection.execute(
+                "SELECT key, outcome, allowed FROM runs WHERE allowed IS NOT NULL"
+            ).fetchall()
+        wanted = set(keys) if found else ()
+        return {key: (outcome, allowed) for key, outcome, allowed in found if key in wanted}
+
+    def measurements(self, keys: Iterable[str]) -> dict[str, Measurement]:
+        """Measurements by key, in the order of the keys; keys without a run are left out.
+
+        A run whose row, or whose case's row, is damaged counts as missing.
+        """
+        wanted = list(keys)
+        rows = self._select("SELECT key, identity, measurement FROM runs JOIN cells USING (key) WHERE key IN", wanted)
+        found = {key: _unpack(blob) for key, identity, blob in rows if _restore_identity(key, identity) is not None}
+        return {key: measured for key in wanted if (measured := found.get(key)) is not None}
+
+    def keep(self, case: Case, measurement: Measurement, limit: float | None = None, *, replace: bool = False) -> None:
+        """Save a run's measurement; it replaces the one saved before.
+
+        Args:
+            limit: what a run that ended at a limit was allowed: time [s] where it timed out, memory [bytes] where it
+                ran out of that.
+            replace: let such a run take the place even of one that ended by itself, which may be another process's.
+        """
+        key = case.key
+        with name_ledger_in_errors(self.path), self._begin_transaction():
+            self._insert_case(key, case)
+            self._connection.execute(
+                "INSERT INTO runs VALUES (?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET outcome = excluded.outcome, "
+                "allowed = excluded.allowed, measurement = excluded.measurement "
+                "WHERE ? OR excluded.allowed IS NULL OR runs.allowed IS NOT NULL",
+                (key, measurement.outcome, limit, _pack(measurement), replace),
+            )
+
+    def forget(self, keys: Collection[str]) -> None:
+        """Delete the rows of runs that cannot be read, so that they can be saved again."""
+        with name_ledger_in_errors(self.path), self._begin_transaction():
+            for table in ("runs", "cells"):
+                self._connection.executemany(f"DELETE FROM {table} WHERE key = ?", ((key,) for key in keys))
+            # Rows and their index may have been damaged apart from each other.
+            self._connection.execute("REINDEX")
+        if self.finished_keys(keys):
+            raise InvalidInput(f"the ledger {self.path} is damaged beyond its rows; remove it or name another")
+
+    # -- timings -----------------------------------------------------------------------------------------------------
+
+    def keep_timing(self, case: Case, timing: Timing) -> None:
+        """Save a run's cost; it replaces the one saved on the same machine before."""
+        key = case.key
+        with name_ledger_in_errors(self.path), self._begin_transaction():
+            self._insert_case(key, case)
+            self._connection.execute(
+                f"INSERT OR REPLACE INTO timings (key, {TIMING_COLUMNS}) VALUES (:key, :machine, "
+                ":seconds_per_revolution, :reference_seconds, :ratio, :steps, :repeats)",
+                {"key": key, **asdict(timing)},
+            )
+
+    def timings(self, keys: Iterable[str], machine: str) -> dict[str, Timing]:
+        """Timings on a machine by key; keys without one are left out."""
+        found = self._select(f"SELECT key, {TIMING_COLUMNS} FROM timings WHERE machine = ? AND key IN", keys, machine)
+        return {key: timing for key, *values in found if (timing := _restore_timing(values)) is not None}
+
+    # -- all of it ---------------------------------------------------------------------------------------------------
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Yield a flat row for each run and each machine that timed it, in the order of the keys.
+
+        Columns: see `tidy_row`. Damaged runs are left out, as in `measurements`, and counted in `damaged`.
+        """
+        from conrod.execution.results_table import tidy_row
+
+        self.damaged = 0
+        with name_ledger_in_errors(self.path):
+            found = self._connection.execute(
+                f"SELECT cells.key, name, identity, measurement, {TIMING_COLUMNS} FROM cells "
+                "LEFT JOIN runs ON runs.key = cells.key LEFT JOIN timings ON timings.key = cells.key "
+                "ORDER BY cells.key, machine"
+            )
+            for key, name, text, blob, *timing in found:
+                identity, measured = _restore_identity(key, text), None if blob is None else _unpack(blob)
+                if identity is None or (measured is None and blob is not None):
+                    self.damaged += 1
+                else:
+                    yield tidy_row(
+                        key, name, identity, measured, None if timing[0] is None else _restore_timing(timing)
+                    )
+
+    # -- SQLite ------------------------------------------------------------------------------------------------------
+
+    def _select(self, statement: str, keys: Iterable[str], *first: str) -> list[Any]:
+        with name_ledger_in_errors(self.path):
+            chosen = f"{statement} (SELECT value FROM json_each(?))"
+            return self._connection.execute(chosen, (*first, json.dumps(list(keys)))).fetchall()
+
+    def _begin_transaction(self) -> sqlite3.Connection:
+        """Begin a transaction, which is committed at the end of its `with`, or undone by an error."""
+        # Locked for writing at once: waiting in the middle of a transaction is not possible in SQLite.
+        self._connection.execute("BEGIN IMMEDIATE")
+        return self._connection
+
+    def _insert_case(self, key: str, case: Case) -> None:
+        identity = json.dumps(case.identity() | case.labels, sort_keys=True, allow_nan=False)
+        self._connection.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?)", (key, case.name, identity))
+
+
+def _pack(measurement: Measurement) -> bytes:
+    # Its fields hold plain values: `plain` would copy them all, which takes longer than all the rest here.
+    values = {SAVED_NAMES.get(name, name): value for name, value in vars(measurement).items() if value is not None}
+    text = msgspec.json.encode(values)
+    if b"null" in text:  # which may be a NaN: JSON has none, Python's own encoder does
+        text = json.dumps(values, separators=(",", ":")).encode()
+    # The lightest compression halves the file; a stronger one costs more than writing does.
+    return zlib.compress(text, 1)
+
+
+def _unpack(blob: bytes) -> Measurement | None:
+    """Return the measurement in a row, or None if the row is damaged."""
+    try:
+        # Not msgspec's decoder: Python's own wrote and reads a NaN.
+        unpacking = zlib.decompressobj()
+        text = unpacking.decompress(blob, MAX_MEASUREMENT_BYTES)
+        if not unpacking.eof:
+            return None
+        return Measurement(**{FIELD_NAMES.get(saved, saved): value for saved, value in json.loads(text).items()})
+    except (zlib.error, ValueError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _restore_identity(key: str, text: str) -> dict[str, Any] | None:
+    """Return the identity and labels in a row, or None unless the key was made from that identity."""
+    try:
+        found = json.loads(text)
+        bare = {name: value for name, value in found.items() if name != LABEL_KEY}
+        return found if identity_digest(canonical_json(bare)) == key else None
+    except (ValueError, TypeError, AttributeError, RecursionError):
+        return None
+
+
+def _restore_timing(values: list[Any]) -> Timing | None:
+    """Return the timing in a row, or None if the row is damaged."""
+    from conrod.execution.timing import Timing
+
+    try:
+        return msgspec.convert(dict(zip(TIMING_COLUMNS.split(", "), values, strict=True)), Timing)
+    except msgspec.ValidationError:
+        return None

@@ -1,0 +1,188 @@
+"""Releases of an engine, each installed in a separate environment, and runs in them.
+
+An environment is a folder in the cache folder; it is created once, completely or not at all, and never upgraded. It
+holds the engine with its requirements, and the numpy version of this process. Everything else, conrod included, is
+imported from the paths of this process (`WorkerProcess`), so that two environments differ only by the engine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import stat
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from conrod.comparison.trajectory import Outcome
+from conrod.engines import engine_named
+from conrod.errors import InvalidInput
+from conrod.execution.case import Measurement
+from conrod.execution.run import RunCase, measure
+from conrod.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
+from conrod.execution.writing import ROOT_UID, real_path
+from conrod.studies.limits.recorders import Fingerprint
+
+INSTALL_TIMEOUT = 600.0  # [s] for a command of an installation
+IMPORT_TIMEOUT = 120.0  # [s] for the import of an engine
+
+
+def install_requirements(folder: Path, requirements: Sequence[str]) -> None:
+    """Create an environment and install requirements with pip, from wheels only.
+
+    Raises:
+        InvalidInput: the installation failed; has the installer's message in one line.
+    """
+    _run_command([sys.executable, "-m", "venv", str(folder)])
+    _run_command(
+        [str(interpreter_path(folder)), "-m", "pip", "install", "--quiet", "--only-binary", ":all:", *requirements]
+    )
+
+
+def release_interpreter(engine: str, requirement: str, version: str) -> str:
+    """Return the interpreter of a release's environment, which is created if missing.
+
+    Args:
+        engine: name of the engine.
+        requirement: requirement for pip, such as mujoco==3.6.0.
+        version: version that the engine has to report.
+
+    Raises:
+        InvalidInput: the environment cannot be created, or its engine cannot be imported or has another version.
+    """
+    folder = real_path(platformdirs.user_cache_path("conrod") / "environments")
+    requirements = (requirement, f"numpy=={version_of('numpy')}")
+    python = f"{sys.implementation.name}{platform.python_version()}"
+    digest = hashlib.sha256("\n".join((*requirements, python, sys.base_prefix)).encode()).hexdigest()[:8]
+    place = folder / f"{requirement.replace('==', '-')}-{python}-{digest}"
+    if place.is_dir():
+        check_no_other_writer(interpreter_path(place).parent)
+        return str(interpreter_path(place))
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        check_no_other_writer(folder)
+        # Created elsewhere and renamed, so that it is complete or missing; of two processes the first succeeds.
+        with tempfile.TemporaryDirectory(prefix=".making-", dir=folder) as name:
+            made = Path(name) / "made"
+            install_requirements(made, requirements)
+            found = imported_version(str(interpreter_path(made)), engine)
+            if found != version:
+                raise InvalidInput(f"{requirement} calls itself {found}")
+            made.rename(place)
+    except OSError as error:
+        if not place.is_dir():
+            raise InvalidInput(f"cannot write into {folder}: {error.strerror or error}") from None
+    return str(interpreter_path(place))
+
+
+def check_no_other_writer(folder: Path) -> None:
+    """Raise an error if another user may write into a folder of programs.
+
+    Raises:
+        InvalidInput: the folder, or one above it, belongs to another user, or all users may write into it.
+    """
+    for place in (folder, *folder.parents):
+        found = place.lstat()
+        if found.st_uid not in (os.geteuid(), ROOT_UID):
+            why = f"{place} belongs to another user (uid {found.st_uid})"
+        elif stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
+            why = f"all may write into {place}"
+        else:
+            continue
+        raise InvalidInput(f"no engine is run from {folder}: {why}; name a folder of your own in XDG_CACHE_HOME")
+
+
+def imported_version(interpreter: str, engine: str) -> str:
+    """Return the version of an engine in an environment, by importing it there.
+
+    Raises:
+        InvalidInput: the import fails, crashes or takes too long; says how, in one line.
+    """
+    worker = WorkerProcess(CallLimits(timeout=IMPORT_TIMEOUT), interpreter=interpreter)
+    try:
+        return worker.call(_engine_version, engine)
+    except (WorkerDied, TimeoutError, ImportError, AttributeError, OSError) as error:
+        raise InvalidInput(f"it cannot be imported: {type(error).__name__}: {error}") from None
+    finally:
+        worker.end()
+
+
+def _engine_version(engine: str) -> str:
+    """Return the version of an engine in this process."""
+    return engine_named(engine).version
+
+
+def interpreter_path(folder: Path) -> Path:
+    """Return the path of an environment's interpreter."""
+    return folder / "bin" / "python"
+
+
+def _run_command(command: Sequence[str]) -> None:
+    """Run a command of an installation; raises InvalidInput with its first error line.
+
+    It runs in an empty folder, so that settings of a project in the working folder do not apply.
+    """
+    with tempfile.TemporaryDirectory() as aside:
+        try:
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                text=True,
+                timeout=INSTALL_TIMEOUT,
+                cwd=aside,
+                check=False,
+                errors="replace",
+            )
+        except subprocess.TimeoutExpired:
+            raise InvalidInput(f"{Path(command[0]).name} has not ended after {INSTALL_TIMEOUT:g} s") from None
+    if done.returncode:
+        said = (done.stderr or done.stdout).splitlines()
+        # pip prints the error first, and hints after it.
+        errors = [line.removeprefix("ERROR: ") for line in said if line.startswith("ERROR: ")]
+        raise InvalidInput(next(iter(errors), " ".join(said)) or f"{command[0]} ended with {done.returncode}")
+
+
+# -- runs --------------------------------------------------------------------------------------------------------------
+
+FINGERPRINTS_VERSION = 1  # increased when the saved fingerprints of the same run change in value or meaning
+
+
+@dataclass(frozen=True, kw_only=True)
+class VersionCase(RunCase):
+    """A run in a release of its engine, performed in a process that has this release.
+
+    Attributes:
+        version: version of the engine.
+    """
+
+    version: str
+
+    @property
+    def engine_version(self) -> str:
+        return self.version
+
+    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
+        return super()._identity(parameters) | {"bits": FINGERPRINTS_VERSION}
+
+    def perform(self) -> Measurement:
+        engine, bits = engine_named(self.settings.engine), Fingerprint()
+        if engine.version != self.version:
+            raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
+        try:
+            # The ledger keeps no predicted errors of releases.
+            return replace(measure(self, bits.add), prediction=None, payload={"bits": bits.digests()})
+        except InvalidInput:
+            raise
+        except (AttributeError, TypeError) as error:
+            # A release lacks something that conrod uses, and `compat` does not know of.
+            return Measurement(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
+        except Exception as error:  # of any kind: an old release may fail in any way
+            return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")

@@ -1,0 +1,290 @@
+"""The result of a scene in an engine with a preset, and the cases that have such a result."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Generic, Self, TypeVar
+
+from conrod.comparison.plain_values import plain_values, restore
+from conrod.comparison.trajectory import Outcome
+from conrod.engines import Engine, engine_named
+from conrod.engines.engine import run_extent
+from conrod.execution.case import MEASURES, RESULT_VERSION, Case, Measurement, Study, contradictions
+from conrod.execution.prediction import POINTS_PREFIX
+from conrod.execution.run import MIN_PASS_STEPS
+from conrod.scenes import Scene
+
+AS_ASKED = "as asked for"
+# Refinement path: the steps per revolution are divided by these; what a preset states in steps or periods follows.
+LINKAGE_DIVISORS, CONTACT_DIVISORS = (8, 4, 2, 1), (16, 8, 4, 2)
+# Fields of a result that have their own columns in the table of results.
+TABLE_FIELDS = ("closure", "phase", "drive", "prediction")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result(ABC):
+    """Result of one scene in an engine with a preset: errors and orders of a completed run alone, and a verdict.
+
+    Attributes:
+        preset: None of kinematic mode.
+        order: observed, by quantity.
+        passed: the verdict; None where nothing is judged.
+    """
+
+    scene: str
+    engine: str
+    engine_version: str
+    preset: str | None
+    outcome: str = Outcome.COMPLETED.slug
+    reason: str = ""
+    order: Mapping[str, float | None] | None = None
+    passed: bool | None = None
+
+    @property
+    def completed(self) -> bool:
+        """True if the run came to its end."""
+        return self.outcome == Outcome.COMPLETED.slug
+
+    @property
+    @abstractmethod
+    def limits(self) -> Mapping[str, float]:
+        """Allowed errors by tolerance name; empty if nothing is judged."""
+
+    @property
+    def distrust(self) -> str:
+        """Reason to distrust conrod's own figures, in words; empty if there is none."""
+        return ""
+
+    def faults(self) -> list[str]:
+        """Reasons for failing the result other than errors out of tolerance, in words."""
+        return []
+
+    @abstractmethod
+    def largest(self, quantity: str, measure: str = "max") -> float | None:
+        """Largest error of a quantity; None if the quantity has no error."""
+
+    @property
+    def acceleration_error(self) -> float | None:
+        """Largest acceleration error, normalised; None in studies that measure no acceleration."""
+        return None
+
+    def judged_error(self, name: str) -> float | None:
+        """Error that the tolerance of this name is compared with."""
+        return self.largest(name)
+
+    def out_of_tolerance(self) -> dict[str, tuple[float | None, float]]:
+        """Error found (None: no error) and allowed error, by judged quantity out of tolerance."""
+        pairs = {name: (self.judged_error(name), allowed) for name, allowed in self.limits.items()}
+        return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
+
+    def with_verdict(self, asked: Mapping[str, float] | None = None) -> Self:
+        """Return the result with its verdict.
+
+        Args:
+            asked: tolerances that replace the result's own.
+        """
+        if self.outcome == Outcome.UNSUPPORTED.slug:
+            return self
+        result = self if asked is None else self._with_tolerances(asked)
+        if self.distrust:
+            return replace(result, passed=False)
+        passed = result.completed and not result.out_of_tolerance() and not (asked is None and result.faults())
+        return replace(result, passed=passed if result.limits else None)
+
+    @abstractmethod
+    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
+        """Return the result with other tolerances."""
+
+
+Found = TypeVar("Found", bound=Result)
+Point = TypeVar("Point")
+
+
+@dataclass(frozen=True)
+class SceneResults(Generic[Found]):
+    """All results of one scene."""
+
+    name: str
+    scene: Scene
+    results: tuple[Found, ...]
+
+    @property
+    def passed(self) -> bool:
+        """True if no judged result failed."""
+        return all(result.passed is not False for result in self.results)
+
+
+def misfit_words(misfit: Mapping[str, Mapping[str, float]]) -> str:
+    """Say what contradicts the exact motion; empty where nothing does."""
+    wrong = contradictions(misfit)
+    if any(name.startswith(POINTS_PREFIX) for name in wrong):
+        apart = max(one["difference"] for name, one in wrong.items() if name.startswith(POINTS_PREFIX))
+        return f"the measured points are not those of the bodies whose joints predict their errors, by {apart:.2g}"
+    if not wrong:
+        return ""
+    quantity = max(wrong, key=lambda name: wrong[name]["difference"] / wrong[name]["allowed"])
+    worst, others = wrong[quantity], [name for name in wrong if name != quantity]
+    too = f" ({' and '.join(others)} too)" if others else ""
+    return (
+        f"the exact motion contradicts the joints' equations: {quantity} by {worst['difference']:.2g} at crank angle "
+        f"{math.degrees(worst['angle']):.6g} deg, where {worst['allowed']:.2g} can be explained{too}"
+    )
+
+
+def refinement_path(scene: Scene, steps: int) -> tuple[int, ...]:
+    """Steps per revolution at which the order is observed."""
+    divisors = CONTACT_DIVISORS if scene.kinematics.mechanism.cam_contacts else LINKAGE_DIVISORS
+    return tuple(dict.fromkeys(max(2, round(steps / d)) for d in divisors))
+
+
+def run_refinement_path(
+    scene: Scene, steps: int, revolutions: float, finest: Point, run: Callable[[int, float, float], Point]
+) -> tuple[Point, ...]:
+    """Make the runs of the refinement path, and return one point for each.
+
+    Args:
+        revolutions: asked for.
+        finest: the run that is judged, which need not be made again.
+        run: makes one with a number of steps per revolution, over some revolutions from a start angle.
+    """
+    path, judged = refinement_path(scene, steps), run_extent(scene, steps, revolutions)
+    # Of one pass all take the part that the longest steps have room for, of those that fit into it.
+    if scene.kinematics.mechanism.driver.span is not None:
+        path = tuple(n for n in path if n * judged[1] >= MIN_PASS_STEPS)
+    start, turns = run_extent(scene, min(path), revolutions)
+    known = (start, turns) == judged
+    return tuple(finest if known and n == steps else run(n, turns, start) for n in path)
+
+
+@dataclass(frozen=True)
+class EngineCase(Case, Generic[Found]):
+    """A scene in an engine with a preset, whose whole result is kept, and judged when it is read.
+
+    Tolerances that a user asks for are no part of it: what they decide is decided when a result is read.
+
+    Attributes:
+        engine: name.
+        preset: name; None of kinematic mode.
+        plan: of the runs, and tolerances.
+    """
+
+    study: ClassVar[str]
+    kind: ClassVar[type[Any]]  # of the result
+    quantities: ClassVar[tuple[str, ...]]  # whose errors a result has
+    measures: ClassVar[tuple[str, ...]] = MEASURES
+    version: ClassVar[int] = 1  # raised when the same run would come out otherwise, or mean something else
+
+    engine: str
+    preset: str | None
+    plan: Any
+
+    @property
+    def engine_name(self) -> str:
+        return self.engine
+
+    @property
+    def loaded_engine(self) -> Engine[Any]:
+        """Engine of this name, loaded."""
+        return engine_named(self.engine)
+
+    @property
+    def effort(self) -> float:
+        effort: float = self.plan.steps(self.scene)
+        return effort
+
+    @property
+    def tolerance(self) -> Mapping[str, float] | None:
+        """Tolerances that the user asked for; None for the study's own."""
+        asked: Mapping[str, float] | None = self.plan.tolerance
+        return asked
+
+    @abstractmethod
+    def empty_result(self) -> Found:
+        """Return the result with its known facts, before anything is measured."""
+
+    @abstractmethod
+    def run(self) -> Found:
+        """Make the runs, and return the result judged by the study's own tolerances; raises as `perform`."""
+
+    def failed_result(self, outcome: Outcome, reason: str) -> Found:
+        """Return the result of a case whose process ended without giving one."""
+        return replace(self.empty_result(), outcome=outcome.slug, reason=reason).with_verdict(self.tolerance)
+
+    @abstractmethod
+    def key_fields(self) -> dict[str, Any]:
+        """Plain values that determine the result in addition to scene, engine and preset; part of the key."""
+
+    def case_fields(self) -> dict[str, Any]:
+        """Fields of the result taken from the case, not from the ledger: equal machines may differ in name."""
+        return {"scene": self.name, "parameters": self.scene.parameters}
+
+    def perform(self) -> Measurement:
+        found = self.run()
+        sizes = {
+            q: {m: size for m in self.measures if (size := found.largest(q, m)) is not None} for q in self.quantities
+        }
+        kept = {"sizes": sizes, "passed": found.passed, "result": plain_values(found)}
+        columns = {name: getattr(found, name, None) for name in TABLE_FIELDS}
+        return Measurement(found.outcome, found.reason, **columns, payload=kept)
+
+    def result(self, measurement: Measurement) -> Found:
+        """Restore the result from this case's measurement, judged by the requested tolerances.
+
+        Raises:
+            InvalidInput: the measurement is of another kind.
+        """
+        if measurement.payload is None:
+            return self.failed_result(Outcome.from_slug(measurement.outcome), measurement.reason)
+        kept: Found = restore(self.kind, measurement.payload["result"])
+        return replace(kept, **self.case_fields()).with_verdict(self.tolerance)
+
+    def _check_readable(self, measurement: Measurement) -> None:
+        if measurement.payload is not None:
+            self.result(measurement)
+
+    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
+        return {
+            "result_version": RESULT_VERSION,
+            "study": self.study,
+            "study_version": self.version,
+            "scene": self.scene.kind,
+            "parameters": parameters,
+            "engine": self.engine,
+            "engine_version": self.loaded_engine.version,
+            "preset": self.preset,
+            **self.key_fields(),
+        }
+
+
+def case_results(cases: Iterable[EngineCase[Found]]) -> Study[dict[str, tuple[Found, ...]]]:
+    """Study that runs all cases in one round; returns results by scene, in the order of the cases."""
+    asked = list(cases)
+    kept = yield asked
+    found: dict[str, list[Found]] = {case.name: [] for case in asked}
+    for case in asked:
+        found[case.name].append(case.result(kept[case.key]))
+    return {name: tuple(results) for name, results in found.items()}
+
+
+def presets_study(
+    case: type[EngineCase[Found]],
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, Sequence[str | None]],
+    plan: Any,
+) -> Study[list[SceneResults[Found]]]:
+    """Study of each scene in each engine with each preset, by one kind of case, in one round.
+
+    Args:
+        presets: to run, by engine name.
+    """
+    found = yield from case_results(
+        case(name, scene, engine.name, preset, plan)
+        for name, scene in scenes.items()
+        for engine in engines
+        for preset in presets[engine.name]
+    )
+    return [SceneResults(name, scene, found[name]) for name, scene in scenes.items()]

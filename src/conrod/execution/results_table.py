@@ -1,0 +1,105 @@
+"""The ledger as a tidy table: one row for each run and each machine that timed it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from conrod.comparison.compare import QUANTITIES as COMPARED
+from conrod.execution.case import MEASURES, QUANTITIES, Measurement
+from conrod.execution.timing import Timing
+
+# Study -> names that only the identities of its runs have.
+STUDY_MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}, "versions": {"bits"}}
+TIMING_FIELDS = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
+
+
+def tidy_row(
+    key: str, name: str, identity: Mapping[str, Any], measurement: Measurement | None, timing: Timing | None
+) -> dict[str, Any]:
+    """Make the row of a run; a column without a value is None.
+
+    Columns, in this order:
+        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, `forces` or `free`,
+        else limits, ablate, versions, or sweep (`study_name`); parameter.NAME [SI], of a machine from a file its
+        mechanism as JSON; engine, engine_version; preset that settings are or come from: None of others, and of runs
+        kept before presets were noted with them;
+        setting.NAME [SI];
+        steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
+        passed: the verdict by conrod's own tolerances, of a result of `conrod validate`, `forces` or `free`;
+        position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
+        closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
+        predicted_position, _velocity, _acceleration: predicted from the joints alone, and each with _difference;
+        seconds_per_revolution [s], reference_seconds [s], ratio, machine;
+        of forces torque, reactions, contact, and of free motion angle, energy: each _max, _rms or _final.
+    """
+    settings = dict(identity["settings"])
+    steps = settings.pop("steps_per_revolution", None)
+    return {
+        "key": key,
+        "scene": name,
+        "kind": identity["scene"],
+        "study": study_name(identity),
+        **{f"parameter.{n}": _table_value(value) for n, value in identity["parameters"].items()},
+        "engine": identity["engine"],
+        "engine_version": identity["engine_version"],
+        "preset": identity.get("preset", identity.get("label")),
+        **{f"setting.{n}": _table_value(value) for n, value in settings.items()},
+        "steps_per_revolution": steps,
+        "revolutions": identity.get("revolutions"),
+        "start_angle": identity.get("start_angle"),
+        "result_version": identity["result_version"],
+        **_measurement_columns(measurement),
+        **{name: None if timing is None else getattr(timing, name) for name in TIMING_FIELDS},
+    }
+
+
+def study_name(identity: Mapping[str, Any]) -> str:
+    """Name of the study that made a run, from its identity; "sweep" for runs that several studies share."""
+    for study, marks in STUDY_MARKS.items():
+        if not marks.isdisjoint(identity):
+            return study
+    return str(identity.get("study", "sweep"))
+
+
+def _table_value(value: Any) -> Any:
+    """Value for one cell of a table: a mapping becomes JSON, a list text."""
+    if isinstance(value, Mapping):
+        return json.dumps(value, sort_keys=True)
+    return " ".join(str(part) for part in value) if isinstance(value, list | tuple) else value
+
+
+def _measurement_columns(measurement: Measurement | None) -> dict[str, Any]:
+    m = measurement if measurement is not None else Measurement(outcome="")
+    closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
+    predicted = {q: prediction.get(q, {}) for q in QUANTITIES}
+    kept = m.payload or {}
+    return {
+        "outcome": m.outcome or None,
+        "reason": m.reason or None,
+        "passed": kept.get("passed"),
+        **{f"{q}_{measure}": m.largest(q, measure) for q in COMPARED for measure in MEASURES},
+        **{f"closure_{q}": closure.get(q) for q in QUANTITIES},
+        **{f"phase_{measure}": phase.get(measure) for measure in ("max", "final")},
+        **{f"drive_{q}": drive.get(q) for q in ("speed", "acceleration")},
+        **{f"predicted_{q}": predicted[q].get("predicted") for q in QUANTITIES},
+        **{f"predicted_{q}_difference": predicted[q].get("difference") for q in QUANTITIES},
+        **{f"{q}_{measure}": size for q, sizes in kept.get("sizes", {}).items() for measure, size in sizes.items()},
+    }
+
+
+def table_text(rows: Sequence[Mapping[str, Any]], form: str) -> str:
+    """Rows as text, with the union of their columns: csv, or json with one object a line."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    if form == "json":
+        lines = [json.dumps({name: row.get(name) for name in columns}, allow_nan=False) for row in rows]
+        return "[\n" + ",\n".join(lines) + "\n]\n"
+    stream = io.StringIO()
+    if rows:
+        table = csv.DictWriter(stream, columns, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+    return stream.getvalue()

@@ -1,0 +1,120 @@
+"""CPU time of a run with nothing recorded, also as a ratio to the engine's fixed reference loop.
+
+The reference loop is timed just before each repeat, in the same process, so that a ratio carries from one machine to
+another.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from conrod.comparison.trajectory import Settings
+from conrod.engines import Engine
+from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
+from conrod.engines.engine import Machine, run_extent
+
+REPEATS = 3
+REFERENCE_STEPS = 1000
+# A repeat is at least this long [s], in whole revolutions: far above what the clock and the calls cost.
+MIN_REPEAT_TIME = 5e-3
+MAX_REPEAT_REVOLUTIONS = 1000
+STEPS_PER_CALL = 2000  # steps in one call of the engine
+
+# CPU time of the process [ns]: an engine may step in threads of its own, as MJX does.
+Clock = Callable[[], int]
+
+
+def time_run(
+    engine: Engine[Any],
+    machine: Machine,
+    settings: Settings,
+    *,
+    clock: Clock = time.process_time_ns,
+) -> Timing | None:
+    """Measure the least CPU time of a revolution over some repeats, after a warm-up.
+
+    An input that makes one pass makes it as often as a repeat is long, and each time a new machine.
+
+    Args:
+        settings: of this engine, such that a run with them completes: what a step costs after a run has diverged is
+            of no use, and may be fifty times as much (MuJoCo, cam).
+
+    Returns:
+        The timing; None where the engine cannot be timed.
+    """
+    made = capability(engine, TimedStepping)
+    if isinstance(made, MissingCapability):
+        return None
+    reference, advance = made.reference_loop(), made.stepper(machine, settings)
+    turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
+    length = max(1, round(turn * run_extent(machine, turn, 1.0)[1]))  # a revolution, or the pass
+    reference(REFERENCE_STEPS)
+    first = min(length, STEPS_PER_CALL)
+    warm_up = _cpu_time([(advance, first)], clock)
+    runs = max(1, min(MAX_REPEAT_REVOLUTIONS, math.ceil(1e9 * MIN_REPEAT_TIME / max(1.0, warm_up * length / first))))
+    steps = runs * length
+    references, spent = list[int](), list[int]()
+    for _ in range(REPEATS):
+        # In turns, so that whatever else the machine is doing then slows both alike.
+        timed = [(advance, steps)] if turns else [(made.stepper(machine, settings), length) for _ in range(runs)]
+        references.append(_cpu_time([(reference, REFERENCE_STEPS)], clock))
+        spent.append(_cpu_time(timed, clock))
+    seconds, reference_seconds = 1e-9 * min(spent) * turn / steps, 1e-9 * min(references) / REFERENCE_STEPS
+    return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), machine_fingerprint())
+
+
+def _cpu_time(timed: Sequence[tuple[Callable[[int], None], int]], clock: Clock) -> int:
+    """CPU time [ns] of some steppers, each with its number of steps."""
+    begin = clock()
+    for advance, steps in timed:
+        for done in range(0, steps, STEPS_PER_CALL):
+            advance(min(STEPS_PER_CALL, steps - done))
+    return clock() - begin
+
+
+@cache
+def machine_fingerprint() -> str:
+    """Name of this machine in timings: processor, number of cores, version of Python.
+
+    The engine's version is not in it: it is part of a case's key.
+    """
+    return f"{_processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or platform.machine()
+
+
+@dataclass(frozen=True)
+class Timing:
+    """CPU time of a case on one machine, the least of several repeats.
+
+    Attributes:
+        seconds_per_revolution: CPU time of one simulated revolution [s].
+        reference_seconds: CPU time of one step of the engine's fixed reference loop, timed just before in the same
+            process [s].
+        ratio: the first over the second: a revolution costs as much as so many steps of the reference loop.
+        steps: time steps that were timed in each repeat.
+        repeats: how often it was timed.
+        machine: fingerprint of the machine, for people and to tell machines apart.
+    """
+
+    seconds_per_revolution: float
+    reference_seconds: float
+    ratio: float
+    steps: int
+    repeats: int
+    machine: str

@@ -1,0 +1,269 @@
+"""A model's run in MuJoCo with its joints driven by laws."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from conrod.comparison.other_forces import OtherForce
+from conrod.comparison.trajectory import Outcome
+from conrod.engines.mujoco import compat
+from conrod.engines.mujoco.compiled_edits import set_armature
+from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
+from conrod.engines.mujoco.model import constraint_jacobian
+from conrod.exact.motion import Array
+from conrod.exact.space import SpatialTree
+from conrod.exact.space.assembly import RANK_TOLERANCE
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.mjcf.equalities import closure_name, constraint_violations, row_equalities
+from conrod.mjcf.force_watch import ForceWatch
+from conrod.mjcf.loading import FoundPoint, name_or_number
+
+# Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
+# drive changes the joint's acceleration by one part in so many.
+FLYWHEEL_RATIO = 1e12
+EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
+INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
+RESET_REASON = "MuJoCo reset its state"
+
+
+@dataclass(frozen=True)
+class LoopRecording:
+    """A run at K samples, all quantities of a sample at one instant.
+
+    Attributes:
+        coordinates: of all joints (nq, K).
+        rates, accelerations: of all joints (nv, K).
+        points: by name position, velocity and acceleration (3, K, 3).
+        violations: of each closure (K,) [m], by name.
+        drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name; empty where not asked for.
+        acting: what was seen to act besides weight, inertia and the loops.
+    """
+
+    times: Array
+    coordinates: Array
+    rates: Array
+    accelerations: Array
+    points: Mapping[str, Array]
+    violations: Mapping[str, Array]
+    drives: Mapping[str, Array]
+    reactions: Mapping[str, Array]
+    outcome: Outcome
+    reason: str
+    acting: tuple[OtherForce, ...] = ()
+
+
+def set_exact_state(data: mujoco.MjData, motion: SpatialMotion, at: int = 0) -> None:
+    """Set data to the exact coordinates and rates of a sample."""
+    data.qpos[:], data.qvel[:] = motion.coordinates[:, at], motion.rates[0, :, at]
+
+
+class Drives:
+    """Drives of a model: prescribed coordinates and rates at each step, flywheels accelerated by the laws."""
+
+    def __init__(self, machine: DrivenTree, model: mujoco.MjModel) -> None:
+        self.machine, self.model = machine, model
+        self.joints = list(zip(machine.driven, machine.laws.values(), strict=True))
+        self.held = [joint for joint in machine.tree.joints if joint.name in machine.held]
+        inertia = float(model.body_mass.sum()) * (machine.tree.extent**2)
+        self.armature = FLYWHEEL_RATIO * max(inertia, float(model.dof_M0.max(initial=1e-9)))
+        driven = [np.arange(model.nv)[joint.rates] for joint in (*machine.driven, *self.held)]
+        set_armature(model, np.concatenate(driven).tolist(), self.armature)
+
+    def write(self, data: mujoco.MjData, time: float) -> None:
+        """Write the driven coordinates and rates at a time."""
+        for joint, law in self.joints:
+            value, rate, *_ = law.derivatives(np.array([time]))[:, 0]
+            data.qpos[joint.coordinate], data.qvel[joint.rate] = value, rate
+        for joint in self.held:
+            data.qvel[joint.rates] = 0.0
+            data.qpos[joint.coordinates] = self.machine.knots[0].coordinates[joint.coordinates, 0]
+
+    @contextmanager
+    def pushing_flywheels(self) -> Iterator[None]:
+        """Within it MuJoCo applies the forces that accelerate the flywheels, at each stage of a step.
+
+        Where the model switches actuation off MuJoCo asks for no control, but for passive forces all the same.
+        """
+        off = self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
+        kind = "passive" if off else "control"
+        callback, set_callback = (getattr(mujoco, f"{verb}_mjcb_{kind}") for verb in ("get", "set"))
+
+        def push(_: mujoco.MjModel, data: mujoco.MjData) -> None:
+            now = np.array([data.time])
+            for joint, law in self.joints:
+                data.qfrc_applied[joint.rate] = self.armature * law.derivatives(now)[2, 0]
+
+        before = callback()
+        set_callback(push)
+        try:
+            yield
+        finally:
+            set_callback(before)
+
+
+def driven_run(
+    machine: DrivenTree, model: mujoco.MjModel, motion: SpatialMotion, points: tuple[FoundPoint, ...], every: int,
+    *, carried: bool = True, touching: tuple[int, int] | None = None,
+) -> LoopRecording:  # fmt: skip
+    """Run a model with its joints driven through the exact motion's times, a sample each `every` steps.
+
+    Args:
+        model: with its settings and step, of which a copy gets flywheels; the first sample is its start.
+        carried: whether forces are recorded.
+        touching: two geoms whose contact is a part of the machine.
+    """
+    original, model = model, copy.copy(model)
+    model.opt.disableflags |= compat.disable_bit("AUTORESET")
+    drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
+    set_exact_state(data, motion)
+    step, joined = float(model.opt.timestep), list[str]()
+
+    def forces(aside: mujoco.MjData) -> tuple[Array, Array]:
+        by_row, torques = carried_forces(machine, original, plain, aside)
+        rows = {name: own for name, own in closure_rows(model, aside).items() if len(own) >= 3}
+        joined[:] = rows
+        return torques, np.array([by_row[own[:3]] for own in rows.values()])
+
+    with drives.pushing_flywheels():
+        run, seen = record_run(
+            machine.tree, model, data, points, motion.times, every, lambda done: drives.write(data, done * step),
+            forces if carried else lambda _: (), touching,
+        )  # fmt: skip
+    if not carried:
+        return run
+    torques, reactions = seen
+    return replace(
+        run,
+        drives={joint.name: torques[:, k] for k, joint in enumerate(machine.driven)},
+        reactions={name: reactions[:, k] for k, name in enumerate(joined)},
+    )
+
+
+def record_run(
+    tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData, points: tuple[FoundPoint, ...], times: Array,
+    every: int = 1, act: Callable[[int], None] = lambda _: None,
+    more: Callable[[mujoco.MjData], tuple[Array, ...]] = lambda _: (), touching: tuple[int, int] | None = None,
+) -> tuple[LoopRecording, list[Array]]:  # fmt: skip
+    """Run a model from a state through times (K,), a sample each `every` steps; return further samples too.
+
+    It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
+    """
+    aside, rows, reason, watch = mujoco.MjData(model), list[tuple[Array, ...]](), "", ForceWatch(model, touching)
+    with silence_warnings():
+        for k in range(len(times)):
+            if k:
+                reason = advance(model, data, range((k - 1) * every, k * every), act, watch)
+            if reason:
+                break
+            forward_copy(model, data, aside)
+            watch.sample(aside)
+            motion = np.array([point.motion(model, aside) for point in points])
+            gaps = closure_violations(tree, model, aside)
+            state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
+            rows.append((*state, motion, np.array(list(gaps.values())), *more(aside)))
+    if not reason and not np.all(np.isfinite(rows[-1][3])):
+        reason = f"not finite at {float(data.time):.4g} s"
+    coordinates, rates, accelerations, moved, opened, *seen = (np.array(column) for column in zip(*rows, strict=True))
+    outcome = Outcome.RESET if reason.startswith(RESET_REASON) else Outcome.DIVERGED
+    return LoopRecording(
+        times[: len(rows)], coordinates.T, rates.T, accelerations.T,
+        {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
+        dict(zip(gaps, opened.T, strict=True)), {}, {}, outcome if reason else Outcome.COMPLETED, reason,
+        watch.found,
+    ), seen  # fmt: skip
+
+
+def forward_copy(model: mujoco.MjModel, data: mujoco.MjData, aside: mujoco.MjData) -> None:
+    """Compute position, velocity and acceleration of the present instant in another data object.
+
+    What `mj_step` leaves of them does not belong together, under RK4 least of all. The run goes on to the last bit as
+    if it had not been looked at.
+    """
+    state = np.empty(mujoco.mj_stateSize(model, INTEGRATION))
+    mujoco.mj_getState(model, data, state, INTEGRATION)
+    mujoco.mj_setState(model, aside, state, INTEGRATION)
+    mujoco.mj_forward(model, aside)
+    mujoco.mj_rnePostConstraint(model, aside)
+
+
+def advance(
+    model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None], watch: ForceWatch
+) -> str:
+    """Make some steps, watch forces and act after each; return why the run breaks off, or an empty text."""
+    for k in steps:
+        mujoco.mj_step(model, data)
+        if reason := break_off_reason(model, data):
+            return f"{reason} at {(k + 1) * float(model.opt.timestep):.4g} s"
+        watch.step(data)
+        act(k + 1)
+    return ""
+
+
+def break_off_reason(model: mujoco.MjModel, data: mujoco.MjData) -> str:
+    """Why a run's numbers are no longer valid; empty if they are."""
+    bad = bad_number_warnings(data)
+    if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
+        return ""
+    reset = bool(bad) and not model.opt.disableflags & compat.disable_bit("AUTORESET")
+    return (RESET_REASON if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
+
+
+def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArray[np.intp]]:
+    """Constraint rows of each acting closure, by name."""
+    rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
+    ids = data.efc_id[rows]
+    return {closure_name(model, int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
+
+
+def closure_violations(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:
+    """Violation of each acting closure [m], an angle times the machine's extent."""
+    found = constraint_violations(model, data, tree.extent)
+    return {closure_name(model, k): float(found[k]) for k in dict.fromkeys(row_equalities(data).tolist())}
+
+
+def widest_opening_words(gaps: Mapping[str, float]) -> str:
+    """Describe the closure with the largest opening."""
+    worst = max(gaps, key=lambda name: gaps[name])
+    return f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
+
+
+def carried_forces(
+    machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, data: mujoco.MjData
+) -> tuple[Array, Array]:
+    """Forces of the closures (ne,), and what each driven joint asks of its drive, by the accelerations that were made.
+
+    All joints keep M a + bias = passive + actuator + J' f + drive (MuJoCo documentation, Computation); those that are
+    not driven give f, of which hardened closures have lost digits in MuJoCo's own forces.
+
+    Args:
+        original: the model without flywheels, and `plain` its data.
+    """
+    plain.qpos[:], plain.qvel[:] = data.qpos, data.qvel
+    mujoco.mj_fwdPosition(original, plain)
+    needed = np.empty(original.nv)
+    mujoco.mj_mulM(original, plain, needed, np.array(data.qacc))
+    needed += data.qfrc_bias - data.qfrc_passive - data.qfrc_actuator
+    jacobian = constraint_jacobian(original, data)
+    needed -= jacobian[data.ne :].T @ data.efc_force[data.ne :]
+    closing = jacobian[: data.ne]
+    carried = np.linalg.lstsq(closing[:, machine.free].T, needed[machine.free], rcond=RANK_TOLERANCE)[0]
+    needed -= closing.T @ carried
+    return carried, np.array([needed[joint.rate] for joint in machine.driven])
+
+
+def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:
+    """Points by name: sites, or frames of bodies where no site has the name."""
+    kinds = {"body": range(model.nbody), "site": model.site_bodyid.tolist()}
+    found = {
+        name_or_number(model, kind, k): FoundPoint(name_or_number(model, kind, k), kind, k, body)
+        for kind, bodies in kinds.items()
+        for k, body in enumerate(bodies)
+    }
+    return tuple(found[name] for name in names)

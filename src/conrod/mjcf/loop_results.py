@@ -1,0 +1,259 @@
+"""Results for a model's closed loops, as plain data that need no engine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from conrod.comparison.other_forces import OtherForce
+from conrod.comparison.trajectory import Outcome
+from conrod.exact.space.mobility import Mobility
+from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
+from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison
+from conrod.mjcf.request import Controls, OpenStart
+
+OWN = "as it is"
+LABELS = (OWN, "tuned", "hardened")  # settings that a model is run with
+QUANTITIES = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+# The tolerance of the position bounds how far the loops open, too: a machine whose loops are open is another one.
+LOOPS = "loops"
+# MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.
+KINEMATIC_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class LoopRequest:
+    """A user's request for a model with closed loops.
+
+    Attributes:
+        drives: law of each driven joint, as given (`conrod.exact.space.drive_laws`).
+        keyframe: to assemble it from; None for its reference pose.
+        controls: inputs of actuators where it is run as its file has it.
+        seconds: length of the runs; None for that of the slowest drive.
+        points: sites that are judged; all where none is given.
+        tolerance: allowed errors by quantity [SI]; empty where none are asked for.
+        machine: that it is to be, by name or as a model file; None where it is its own reference.
+    """
+
+    drives: Mapping[str, str]
+    keyframe: str | None = None
+    controls: Controls = ()
+    seconds: float | None = None
+    points: tuple[str, ...] = ()
+    tolerance: Mapping[str, float] = field(default_factory=dict)
+    machine: str | None = None
+
+
+@dataclass(frozen=True)
+class LoopRun:
+    """A driven run with its largest errors over all judged points.
+
+    Attributes:
+        label: of the settings: the model's own, or a preset.
+        errors: position [m], velocity [m/s] and acceleration [m/s^2]; empty where it did not complete.
+        worst: the point with the largest error of position.
+        gap: how far its loops open at most [m], an angle by what it is at the machine's extent.
+        drives, reactions: largest deviation of each drive's torque and each connect's force, over the largest exact
+            one; empty where forces are not computed.
+        order: of the position in the time step; None where none can be claimed, or none was looked for.
+        cost: of a second of the run over that with the model's own settings and step; None where it was not timed.
+        acting: what was seen to act besides weight, inertia and the loops.
+    """
+
+    label: str
+    timestep: float
+    outcome: Outcome
+    reason: str = ""
+    errors: Mapping[str, float] = field(default_factory=dict)
+    worst: str = ""
+    gap: float | None = None
+    drives: Mapping[str, float] = field(default_factory=dict)
+    reactions: Mapping[str, float] = field(default_factory=dict)
+    order: float | None = None
+    cost: float | None = None
+    acting: tuple[OtherForce, ...] = ()
+
+    def judged_error(self, name: str) -> float:
+        """The error that a limit of this name is compared with; NaN if the run has none."""
+        found = self.gap if name == LOOPS else self.errors.get(name)
+        return math.nan if found is None else found
+
+    def exceeded_limits(self, tolerance: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+        """Quantities out of tolerance, with found and allowed value."""
+        pairs = {name: (self.judged_error(name), allowed) for name, allowed in loop_limits(tolerance).items()}
+        return {name: (found, allowed) for name, (found, allowed) in pairs.items() if not found <= allowed}
+
+    def is_within(self, tolerance: Mapping[str, float]) -> bool:
+        """True if the run completed with all errors and the loops' opening within tolerance."""
+        return self.outcome is Outcome.COMPLETED and not self.exceeded_limits(tolerance)
+
+
+def loop_limits(tolerance: Mapping[str, float]) -> dict[str, float]:
+    """Allowed errors by quantity [SI], with the limit on the loops' opening that follows from the position's."""
+    return {**tolerance, **({LOOPS: tolerance["position"]} if "position" in tolerance else {})}
+
+
+@dataclass(frozen=True)
+class JointSpeed:
+    """Speed of a driven hinge in the file's own run, and that of its law [rad/s].
+
+    Attributes:
+        allowed: share of the law's speed that the mean may be off by.
+    """
+
+    joint: str
+    own: CrankSpeed
+    law: float
+    allowed: float = MAX_MEAN_SPEED_ERROR
+
+    @property
+    def strays(self) -> bool:
+        """True if the hinge does not keep the speed of its law."""
+        return self.own.strays(self.law, self.allowed)
+
+
+@dataclass(frozen=True)
+class LawComparison:
+    """The file's own run against the laws of the drives.
+
+    Attributes:
+        speeds: of hinges that it turns and whose law is a constant speed; empty where there is none.
+        other_branch: whether it begins or ends on another assembly branch than the laws' motion.
+    """
+
+    speeds: tuple[JointSpeed, ...] = ()
+    other_branch: bool = False
+
+    @property
+    def strayed(self) -> tuple[JointSpeed, ...]:
+        """Speeds of the hinges that do not keep to their law."""
+        return tuple(one for one in self.speeds if one.strays)
+
+    @property
+    def differs(self) -> bool:
+        """True if the own run has another speed, or is on another branch."""
+        return self.other_branch or bool(self.strayed)
+
+
+@dataclass(frozen=True)
+class ShippedRun:
+    """A run of the file as it is, with its actuators, from its start.
+
+    Attributes:
+        start: in words.
+        gap: as of a `LoopRun`.
+        chatter: joint whose rate swings back and forth from step to step, and by how much over its range; None
+            where none does.
+        driven: whether it starts with a control or a rate that is not 0: without, nothing but weight moves it.
+        acting: as of a `LoopRun`.
+        laws: how it differs from what the drives prescribe; of a run that nothing drives it is not known.
+    """
+
+    start: str
+    seconds: float
+    outcome: Outcome
+    reason: str
+    gap: float
+    chatter: tuple[str, float] | None = None
+    driven: bool = True
+    acting: tuple[OtherForce, ...] = ()
+    laws: LawComparison = LawComparison()
+
+    @property
+    def failed(self) -> bool:
+        """True if the run did not complete, or chatters."""
+        return self.outcome is not Outcome.COMPLETED or self.chatter is not None
+
+    def exceeds(self, tolerance: Mapping[str, float]) -> bool:
+        """True if something drives the run and its loops open by more than is allowed."""
+        return self.driven and not self.gap <= loop_limits(tolerance).get(LOOPS, math.inf)
+
+
+@dataclass(frozen=True)
+class LoopStudy:
+    """The study of a model's closed loops, with its verdict.
+
+    Attributes:
+        name, engine_version: of the model and of MuJoCo.
+        seconds, travel: of the motion, and the longest way [m] of a judged point.
+        held: joints that are held: a floating base.
+        misfit: what the loops stay open by where they contradict each other [m].
+        kinematic: deviation of MuJoCo's own kinematics from the exact motion, by quantity, over the largest of each.
+        ambiguous: connects whose reaction redundant closures leave open.
+        unmodelled: what acts that the exact forces do not have, so that forces are not compared.
+        remarks: limits of joints and tendons that the motion leaves, contacts on the way, and the like.
+        runs: at the model's own step; `steps`: all others that were made.
+        cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
+        paste: what to write into the model for that; empty without.
+        presets: of the file run as it is, its actuators included, with each preset's settings at its own step.
+        begins: where the file's own run begins with its loops open; None where they are closed.
+        points: that are judged.
+        compared: with the machine that it is to be; None where it is its own reference.
+    """
+
+    file: str
+    name: str
+    engine_version: str
+    question: LoopRequest
+    seconds: float
+    travel: float
+    held: tuple[str, ...]
+    mobility: Mobility
+    misfit: float
+    kinematic: Mapping[str, float]
+    ambiguous: tuple[str, ...]
+    unmodelled: tuple[str, ...]
+    remarks: tuple[str, ...]
+    shipped: ShippedRun
+    runs: tuple[LoopRun, ...]
+    steps: tuple[LoopRun, ...]
+    cheapest: LoopRun | None = None
+    paste: str = ""
+    compared: MachineComparison | None = None
+    presets: Mapping[str, ShippedRun] = field(default_factory=dict)
+    begins: OpenStart | None = None
+    moved_start: str = ""
+    about: str = ""
+    points: tuple[str, ...] = ()
+
+    @property
+    def begins_open(self) -> bool:
+        """True if the file's run starts with loops open by more than the tolerance, or 0.1 % of its extent."""
+        return self.begins is not None and self.begins.exceeds(self.question.tolerance.get("position"))
+
+    @property
+    def own(self) -> LoopRun:
+        """The run with the model's own settings."""
+        return self.runs[0]
+
+    @property
+    def agrees(self) -> bool:
+        """True if MuJoCo's kinematics agree with the exact motion."""
+        return all(off <= KINEMATIC_TOLERANCE for off in self.kinematic.values())
+
+    @property
+    def is_machine(self) -> bool:
+        """True if points are where the machine's are, within tolerance, and all joints are of the same kinds."""
+        if self.compared is None:
+            return True
+        allowed = self.question.tolerance.get("position", NUMBER_TOLERANCE * self.travel)
+        off = self.compared.off
+        return off is not None and off <= allowed and not self.compared.other_kinds
+
+    @property
+    def judges_loops_alone(self) -> bool:
+        """True if closures move no judged point, so that points do not show how far loops open."""
+        return all(name in self.mobility.rigid for name in self.points) and bool(self.points)
+
+    @property
+    def shipped_failed(self) -> bool:
+        """True if the file's own run failed, is out of tolerance, or does not follow the drives' laws."""
+        shipped = self.shipped
+        return shipped.failed or shipped.exceeds(self.question.tolerance) or shipped.laws.differs
+
+    @property
+    def passed(self) -> bool:
+        """True if it is the machine, agrees, begins closed, and runs as shipped and driven, within tolerance."""
+        held = self.own.is_within(self.question.tolerance) and not self.begins_open
+        return self.is_machine and self.agrees and not self.shipped_failed and held

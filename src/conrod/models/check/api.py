@@ -1,0 +1,130 @@
+"""A user's own MuJoCo model, judged by the exact motion of the scene that it is to be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from conrod.errors import InvalidInput, as_mapping
+from conrod.execution.baseline_check import BaselineCheck
+from conrod.execution.local import call_on_file
+from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, check_tolerance, scene_by_name
+from conrod.mechanism.units import check_count, check_number
+from conrod.mjcf.request import ModelRequest, controls_of, places_of
+from conrod.models.check import report as user_model
+from conrod.models.check.baseline_lines import model_lines
+from conrod.models.check.frame import GivenFrame
+from conrod.models.check.results import AS_GIVEN, OWN, ModelStudy
+from conrod.report.findings import Findings, text_of_call
+from conrod.scenes import Scene
+from conrod.user_files.files import check_readable
+from conrod.user_files.in_memory import Model, file_of_model
+
+TURNS = 2
+
+
+def check_model(
+    model: Model,
+    scene: OneScene,
+    *,
+    crank: str | None = None,
+    points: Mapping[str, str] | None = None,
+    plane: str | None = None,
+    rotation: float | None = None,
+    crank_zero: float | None = None,
+    keyframe: str | None = None,
+    controls: Mapping[str, float] | None = None,
+    revolutions: int = TURNS,
+    tolerance: Mapping[str, float] | None = None,
+    refine: bool = False,
+    baseline: str | Path | None = None,
+    accept: bool = False,
+) -> Findings[ModelStudy]:
+    """Judge a MuJoCo model by the exact motion of the scene that it is to be.
+
+    The file is judged as it stands first, by its own actuators from its own start; then with conrod's drive.
+
+    Args:
+        model: path of an MJCF or binary file, or a model in memory.
+        crank: joint of the model that is driven.
+        points: place of each observed point in the model, such as {"C": "site:tip"}; "body:" and "geom:" likewise.
+        plane: directions right and up of the model that are the scene's x and y, such as "-xz"; None to find them.
+        rotation: of the scene's x axis in that plane [rad]; None to find it.
+        crank_zero: hinge angle at which the crank angle is 0 [rad]; None to find it.
+        keyframe: to start from; None for the first, "qpos0" for none.
+        controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
+        tolerance: largest error by quantity, normalised.
+        refine: run the model at other steps too, for the observed order.
+        revolutions, baseline, accept: as of `validate`.
+
+    Raises:
+        InvalidInput: the model or an argument cannot be used; says what can.
+    """
+    with file_of_model(model) as (path, shown):
+        check_readable(path)
+        check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
+        name, machine = scene_by_name(scene)
+        points = as_mapping("points", points, "{'C': 'site:tip'}")
+        question = question_on_model(machine, crank, points, keyframe, controls or {})
+        for angle, given in (("rotation", rotation), ("crank_zero", crank_zero)):
+            if given is not None:
+                check_number(angle, given, -math.inf, math.inf, "rad")
+        frame = GivenFrame(plane, rotation, crank_zero)
+        allowed = None if tolerance is None else check_tolerance(tolerance)
+        words: dict[str, Any] = {
+            "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,
+            "rotation": rotation, "crank-zero": crank_zero, "keyframe": keyframe,
+            "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
+            "revolutions": None if revolutions == TURNS else revolutions,
+        }  # fmt: skip
+        check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
+
+        def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
+            from conrod.models.check.study import study_scene_model
+
+            given = question, frame, float(revolutions), allowed, refine
+            return [
+                [call_on_file(study_scene_model, path, (name, one), *given) for one in scenes.values()]
+                for scenes in several
+            ]
+
+        ((found,),) = find([{name: machine}])
+        compared = check.compare([found], find, model_lines, {AS_GIVEN: OWN}) if check else None
+    part = path.stem if shown is None else shown
+    call = text_of_call(
+        "check_model",
+        shown or str(path),
+        name,
+        crank=crank,
+        points=dict(points),
+        plane=plane,
+        rotation=rotation,
+        crank_zero=crank_zero,
+        keyframe=keyframe,
+        controls=controls,
+        revolutions=words["revolutions"],
+        tolerance=tolerance,
+    )
+    parts = {part: replace(found, file=shown or found.file)}
+    return Findings(user_model.KIND, parts, call, typed={part: str(path)}, baseline=compared)
+
+
+def question_on_model(
+    scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float]
+) -> ModelRequest:
+    """The request for a model: its crank and observed points, and the mobility of its scene.
+
+    Raises:
+        InvalidInput: the crank or a point is missing or unknown.
+    """
+    mechanism = scene.mechanism()
+    observed = [point.name for point in mechanism.observed]
+    if crank is None:
+        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
+    if not points:
+        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    places, contacts = places_of(points, observed), len(mechanism.cam_contacts)
+    return ModelRequest(crank, places, mechanism.mobility, contacts, keyframe, controls_of(controls))

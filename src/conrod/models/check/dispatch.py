@@ -1,0 +1,84 @@
+"""A scene, a model, an FMU or a table, judged by the function for its kind."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping
+from inspect import signature
+from pathlib import Path
+from typing import Any
+
+import conrod
+from conrod.errors import InvalidInput, unknown_choice
+from conrod.execution.resolve_arguments import OneScene
+from conrod.execution.runner import Runs
+from conrod.models.check.keywords import refuse_old_keywords
+from conrod.report.findings import Findings
+from conrod.scenes import Scene
+from conrod.scenes.space import MACHINES
+from conrod.user_files.endings import FILES, FMUS, TABLES
+from conrod.user_files.in_memory import columns_of
+
+
+def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Findings[Any]:
+    """Judge a scene, a model, an FMU or a table, by the function for its kind.
+
+    Args:
+        subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
+            in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
+            arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
+        scene: the machine that a model, an FMU or a table is to be; none for a model whose joints are driven by laws.
+        arguments: as of `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`. A scene's runs are made
+            here and now unless `runs` says otherwise: no result of an earlier day answers for it.
+
+    Raises:
+        InvalidInput: the subject, the scene or an argument cannot be used.
+    """
+    refuse_old_keywords(arguments)
+    name = str(subject).lower() if isinstance(subject, str | Path) else ""
+    if isinstance(subject, str) and subject in MACHINES:
+        return conrod.check_loops(subject, **_keywords("check_loops", "a machine in space", arguments, machine=scene))
+    if isinstance(subject, Scene) or (name and not name.endswith(FILES)):
+        if scene is not None:
+            raise InvalidInput(f"scene={scene!r} is for a file: a scene is judged as it is")
+        with tempfile.TemporaryDirectory() as folder:
+            runs = Runs(ledger=Path(folder, "ledger.sqlite"), fresh=True, jobs=1)
+            return conrod.validate(subject, **{"runs": runs, **_keywords("validate", "a scene", arguments)})
+    is_table = name.endswith(TABLES) or columns_of(subject) is not None
+    if "drives" in arguments and not is_table and not name.endswith(FMUS):
+        return conrod.check_loops(subject, **_keywords("check_loops", "a model with drives", arguments, machine=scene))
+    if scene is None:
+        what = str(subject) if name else f"a {type(subject).__name__}"
+        raise InvalidInput(f"{what}: say with scene=... what machine it is")
+    if name.endswith(FMUS):
+        return conrod.check_fmu(subject, **_keywords("check_fmu", "an FMU", arguments, scene=scene))
+    if is_table:
+        return conrod.check_table(subject, **_keywords("check_table", "a table", arguments, scene=scene))
+    given = _keywords("check_model", "a model", arguments, scene=scene)
+    return conrod.check_model(subject, **{"crank": None, "points": {}, **given})
+
+
+# What each function judges, in words, by its name.
+JUDGED = {
+    "validate": "scenes", "check_model": "models", "check_fmu": "FMUs", "check_table": "tables",
+    "check_loops": "closed loops",
+}  # fmt: skip
+
+
+def _keywords(function: str, subject: str, given: Mapping[str, Any], **machine: OneScene | None) -> dict[str, Any]:
+    """Return the keywords of a function for its subject, with the scene or machine if there is one.
+
+    Raises:
+        InvalidInput: a keyword is none of the function's; names the functions that have it.
+    """
+    known = {name: [*signature(getattr(conrod, name)).parameters][1:] for name in JUDGED if name in conrod.__all__}
+    for keyword in given:
+        if keyword not in known[function]:
+            others = [JUDGED[name] for name, names in known.items() if keyword in names]
+            if others:
+                raise InvalidInput(f"{keyword} does not go with {subject}: it is for {', '.join(others)}")
+            raise unknown_choice(
+                "keyword", keyword, [one for one in known[function] if one not in ("scene", "progress")]
+            )
+    chosen = {name: str(one) if name == "machine" else one for name, one in machine.items() if one is not None}
+    return {**chosen, **given}

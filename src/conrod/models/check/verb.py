@@ -1,0 +1,293 @@
+"""`conrod check`: a user's own MuJoCo model, FMU or table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from conrod.cli import completion, options, waiting
+from conrod.cli.options import (
+    RUNS,
+    VerificationOptions,
+    columns_in,
+    controls_in,
+    names_in,
+    option,
+    refuse,
+    refuse_others,
+    tolerance_in,
+)
+from conrod.errors import InvalidInput, named_values
+from conrod.user_files.endings import FILES
+
+
+@dataclass(frozen=True)
+class CheckOptions(VerificationOptions):
+    """Request to `conrod check`, as typed; None or empty where nothing was given."""
+
+    scene: str | None = option(
+        "--scene",
+        metavar="SCENE",
+        help="Machine that FILE is to be, see `conrod show`.",
+        shell_complete=completion.scenes,
+    )
+    assignments: tuple[str, ...] = option("--set")
+    drives: tuple[str, ...] = option(
+        "--drive", multiple=True, metavar="JOINT=LAW", help="No --scene: `60rpm`, `sine:20deg,1Hz`, ..."
+    )
+    crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
+    points: tuple[str, ...] = option(
+        "--point", multiple=True, metavar="NAME=site:SITE", help="Observed point, or body: or geom:."
+    )
+    plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. -xz [found].")
+    rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis [found].")
+    crank_zero: str | None = option("--crank-zero", metavar="ANGLE", help="Hinge at crank angle 0 [found].")
+    keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble the model from there.")
+    controls: tuple[str, ...] = option("--ctrl")
+    seconds: float | None = option("--seconds", RUNS, type=float, metavar="S", help="Length of runs with --drive.")
+    revolutions: int | None = option("--revolutions", RUNS, type=int, metavar="K", help="Turns of the crank [2].")
+    steps_per_rev: int | None = option(
+        "--steps-per-rev", RUNS, type=int, metavar="N", help="Steps a turn, of an FMU [1000]."
+    )
+    preset: str | None = option("--preset", RUNS)
+    cell_timeout: float | None = option(
+        "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run of an FMU [600 s]."
+    )
+    engine: tuple[str, ...] = option("--engine", hidden=True)
+
+
+MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls")
+TABLE = ("columns", "units", "estimate")
+RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
+MEASUREMENTS = ("measured", "limits", "uncertainties")
+WITH_DRIVE = (
+    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
+    *("--engine", "--out", "--html", "--verification", "--json"),
+)
+
+
+@options.verb(CheckOptions)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=completion.files_with(FILES))
+def check(files: tuple[str, ...], asked: CheckOptions) -> None:
+    """Judge a FILE of your own by an exact motion, as it stands.
+
+    A MuJoCo model (.xml, .mjb), an FMU (.fmu) or a table (.csv, .npz, ...) by that of --scene; closed loops of a model
+    by its own, with --drive.
+    Exit status 0: all that was judged is within tolerance; 1: something is not.
+    """
+    from conrod.scenes.space import MACHINES, SPATIAL
+    from conrod.user_files.endings import FILES, FMUS, MODELS
+    from conrod.user_files.files import check_readable
+
+    models = all(name.lower().endswith(MODELS) or name in (*MACHINES, SPATIAL) for name in files)
+    scene = asked.scene
+    if models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)):
+        check_machines("check", files, asked)
+        return
+    name = next((name for name in files if name.lower().endswith(FILES)), files[0])
+    if not name.lower().endswith(FILES):
+        _refuse_kind(name, FILES)
+    check_readable(Path(name))
+    if len(files) > 1:
+        others = [one for one in files if one != name]
+        beside = f"without {others[0]}" if others else "but it is named twice"
+        raise InvalidInput(f"{name}: a file is judged on its own, {beside}")
+    if scene is None:
+        raise InvalidInput(f"{name}: say with --scene what machine it is; `conrod show` lists them")
+    refuse(asked, "--scene: it is for a model that is its own reference", "drives", "seconds")
+    if asked.engine:
+        raise InvalidInput("--engine does not go with a file: it is for scenes, in `conrod validate`")
+    if name.lower().endswith(MODELS):
+        _check_model(name, asked)
+    else:
+        _check_table(name, asked, is_fmu=name.lower().endswith(FMUS))
+
+
+def _refuse_kind(name: str, endings: Sequence[str]) -> None:
+    """Refuse a scene, which is validated, and a file of no kind that can be judged."""
+    from conrod.user_files.files import check_readable
+
+    path = Path(name)
+    if (not path.suffix and not path.exists()) or name.lower().endswith(".toml"):
+        raise InvalidInput(f"{name}: a scene is validated: conrod validate {name}")
+    check_readable(path)
+    raise InvalidInput(f"{name}: a file is known by its ending, one of {', '.join(endings)}; save a sheet as CSV")
+
+
+# -- a model -----------------------------------------------------------------------------------------------------------
+
+
+def _check_model(name: str, asked: CheckOptions) -> None:
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.execution.local import FILE_TIMEOUT
+    from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scene
+    from conrod.mechanism.units import parse_quantity
+    from conrod.models.check.api import TURNS, check_model
+    from conrod.models.check.report import KIND
+    from conrod.user_files.files import protected_model_files
+
+    path, scene = Path(name), select_scene(str(asked.scene), asked.assignments)
+    scene = str(asked.scene), scene[1]
+    refuse(
+        asked, "a model: it is judged as it is, in MuJoCo, at its own step", "preset", "steps_per_rev", "cell_timeout"
+    )
+    refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE))
+    crank, points = _crank_and_points(asked, scene[1])
+    files = check_outputs(KIND, [path.stem], asked, protected_model_files(path))
+    dossier = _dossier("check", (name,), asked, dict([scene]))
+    angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
+    rotation, zero = (None if text is None else parse_quantity(one, text, "rad") for one, text in angles.items())
+    with waiting(path, FILE_TIMEOUT):
+        found = check_model(
+            path,
+            scene,
+            crank=crank,
+            points=points,
+            plane=asked.plane,
+            rotation=rotation,
+            crank_zero=zero,
+            keyframe=asked.keyframe,
+            controls=controls_in(asked.controls),
+            revolutions=TURNS if asked.revolutions is None else asked.revolutions,
+            tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
+            refine=asked.verification is not None,
+            baseline=asked.baseline,
+            accept=asked.accept,
+        )
+    files.answer(found, "check", {path.stem: name})
+    if dossier:
+        dossier.write(found)
+    exit_with_verdict(found)
+
+
+def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, str]]:
+    """The crank and the places of observed points that options name.
+
+    Raises:
+        InvalidInput: one is missing.
+    """
+    observed = [point.name for point in scene.mechanism().observed]
+    if asked.crank is None:
+        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
+    if not asked.points:
+        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
+    form = f"it as {observed[0]}=site:SITE"
+    return asked.crank, named_values(asked.points, "--point", form, "observed point", observed)
+
+
+# -- a table, or an FMU that makes one ---------------------------------------------------------------------------------
+
+
+def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scene
+    from conrod.models.fmu.api import STEPS, TURNS, check_fmu
+    from conrod.models.tables.api import READING_TIMEOUT, check_table
+    from conrod.models.tables.report import KIND, PART
+
+    path, scene = Path(name), (str(asked.scene), select_scene(str(asked.scene), asked.assignments)[1])
+    what = "an FMU" if is_fmu else "a table"
+    refuse(asked, f"{what}: it is for a model", *MODEL)
+    refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
+    files = check_outputs(KIND, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
+    dossier = _dossier("check", (name,), asked, dict([scene]))
+    common: dict[str, Any] = {
+        "columns": columns_in(asked.columns, tuple(scene[1].lengths)),
+        "units": asked.units,
+        "estimate": names_in(asked.estimate) or (),
+        "tolerance": tolerance_in(asked.tolerance, TOLERANCE_NAMES),
+        "baseline": asked.baseline,
+        "accept": asked.accept,
+    }
+    timeout = options.RUN_TIMEOUT if asked.cell_timeout is None else asked.cell_timeout
+    with waiting(path, timeout if is_fmu else READING_TIMEOUT):
+        if is_fmu:
+            found = check_fmu(
+                path,
+                scene,
+                preset=asked.preset,
+                steps_per_rev=STEPS if asked.steps_per_rev is None else asked.steps_per_rev,
+                revolutions=TURNS if asked.revolutions is None else asked.revolutions,
+                timeout=timeout,
+                **common,
+            )
+        else:
+            found = check_table(path, scene, **common)
+    files.answer(found, "check", {PART: name})
+    if dossier:
+        dossier.write(found)
+    exit_with_verdict(found)
+
+
+# -- closed loops ------------------------------------------------------------------------------------------------------
+
+
+def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) -> None:
+    """Judge model files and machines in space by their own exact motion."""
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.exact.space.drive_laws import FORMS
+    from conrod.execution.local import FILE_TIMEOUT
+    from conrod.mjcf.loop_results import QUANTITIES
+    from conrod.models.loops.api import check_loops
+    from conrod.models.loops.report import KIND
+    from conrod.scenes.space import MACHINES, SPATIAL
+    from conrod.user_files.files import check_readable, protected_model_files
+
+    if others := [name for name in asked.engine if name != "mujoco"]:
+        raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
+    refuse_others(asked, "--drive", *WITH_DRIVE)
+    subjects = tuple(MACHINES) if SPATIAL in names else names
+    parts, inputs = dict[str, str](), dict[str, Path]()
+    for name in subjects:
+        part = name if name in MACHINES else Path(name).stem
+        if part in parts:
+            raise InvalidInput(f"{name}: another has the same name in the report: judge it by itself")
+        if name not in MACHINES:
+            check_readable(Path(name))
+            inputs |= protected_model_files(Path(name))
+        parts[part] = name
+    if asked.scene and asked.scene not in MACHINES:
+        inputs |= protected_model_files(Path(asked.scene))
+    drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
+    files = check_outputs(KIND, parts, asked, inputs)
+    dossier = _dossier(command, names, asked, {})
+    with ExitStack() as under_way:
+
+        def begin(name: str) -> None:
+            under_way.close()
+            under_way.enter_context(waiting(name, FILE_TIMEOUT))
+
+        found = check_loops(
+            subjects,
+            drives=drives,
+            points=asked.points,
+            keyframe=asked.keyframe,
+            controls=controls_in(asked.controls),
+            seconds=asked.seconds,
+            tolerance=tolerance_in(asked.tolerance, QUANTITIES),
+            machine=asked.scene,
+            progress=begin,
+        )
+    files.answer(found, command, parts)
+    if dossier:
+        dossier.write(found)
+    exit_with_verdict(found)
+
+
+def _dossier(command: str, names: tuple[str, ...], asked: CheckOptions, scenes: dict[str, Any]) -> Any:
+    """The verification report that is asked for; None where none is.
+
+    Raises:
+        InvalidInput: it cannot be made, or options that belong to it were given without.
+    """
+    if asked.verification is None:
+        refuse(asked, "no --verification", *MEASUREMENTS)
+        return None
+    from conrod.verification.verb import Dossier
+
+    return Dossier.prepare(command, names, asked, scenes)

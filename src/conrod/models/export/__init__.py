@@ -1,0 +1,1 @@
+"""What others take away: a scene's model, its exact motion, a pack, an FMU."""

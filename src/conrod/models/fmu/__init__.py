@@ -1,0 +1,1 @@
+"""An FMU, run and judged as a table."""

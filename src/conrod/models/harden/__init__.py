@@ -1,0 +1,1 @@
+"""Closed loops of a MuJoCo model that are made to stay closed."""

@@ -1,0 +1,236 @@
+"""Hardening of the model of a file, and its runs as it is and hardened against the machine with its loops closed."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from conrod.comparison.other_forces import LACKING, OtherForce, acting_sentences, merge_forces
+from conrod.engines.mujoco import compat
+from conrod.engines.mujoco.compiled_edits import set_step
+from conrod.engines.mujoco.model import equality_jacobian
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.execution.paired_timing import time_stepper_pair
+from conrod.mjcf.equalities import REDUNDANT_ROW_SHARE, close_loops, constraint_violations, handle_indices
+from conrod.mjcf.loading import check_finite, data_at_start, load_model, start_words
+from conrod.mjcf.request import Controls
+from conrod.mjcf.runs import Run, looping_stepper, run, state_of, user_model_errors
+from conrod.models.harden import recipe as recipes
+from conrod.models.harden.results import HardenedModel, HardeningRun
+
+CLOSING_TOLERANCE = 1e-12  # of the model's size
+# Under RK4 a sixteenth of the step leaves 1/65536 of the error; an eighth shows how well that is known.
+REFERENCE_REFINEMENT, CHECK_REFINEMENT = 16, 8
+MAX_SAMPLES = 500
+MIN_STEPS, MAX_STEPS = 20, 200_000
+# A machine whose bodies move by less than this share of its size stands.
+STANDSTILL_SHARE = 1e-9
+# Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size].
+WORSE_FACTOR, CLOSED_SHARE = 2.0, 1e-9
+ADVICE = "a smaller step of the model may help"
+FORCE = "--force hardens it all the same"
+
+
+def harden_file(
+    path: Path,
+    keyframe: str | None = None,
+    seconds: float = 1.0,
+    force: bool = False,
+    content: bool = True,
+    controls: Controls = (),
+) -> HardenedModel:
+    """Harden a model and compare runs of it as it is and hardened; the file is only read.
+
+    Args:
+        keyframe: that the runs start from, as in `data_at_start`.
+        seconds: how long the runs are [s].
+        force: harden what seems to be soft on purpose, or is worse when hard.
+        content: whether the hardened model is asked for, not only its figures.
+        controls: inputs of actuators in place of the keyframe's, held through the runs.
+
+    Raises:
+        InvalidInput: the model is none, has no such keyframe, or the run would be too short or too long.
+    """
+    # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
+    model = load_model(path.absolute())
+    with user_model_errors(path):
+        check_finite(model)
+        steps, every = run_steps(model, seconds)
+        closures = recipes.hardenable_closures(model) if force else recipes.active_closures(model)
+        notes = recipes.hardening_notes(model, closures)
+        found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
+        if reason := recipes.refusal_reason(model, closures):
+            forced = f"; {FORCE}" if handle_indices(model) and not closures else ""
+            return replace(found, refusals=(f"{reason}{forced}",))
+        soft = recipes.soft_on_purpose(model, closures)
+        if soft and not force:
+            return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
+        recipe, (state, start) = recipes.recipe_for(model, closures), closed_start(model, keyframe, controls)
+        hard = recipes.apply_recipe(model, recipe)
+        found = replace(
+            found,
+            loops=tuple(f"{one.kind} {one.name}" for one in closures),
+            factor=recipe[0].value,
+            lines=recipes.python_lines(recipe, path.absolute()),
+            **start,
+            **compare_runs(model, hard, state, steps, every, [one.index for one in closures]),
+        )
+    harm = _harm_reason(found, *found.variants)
+    refused = bool(harm) and not force
+    return replace(
+        found,
+        refusals=(f"{harm}; {FORCE}",) if refused else (),
+        warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes, *_acting_words(found)),
+        content=None if refused or not content else _binary_model(hard),
+    )
+
+
+def compare_runs(
+    model: mujoco.MjModel, hard: mujoco.MjModel, state: Array, steps: int, every: int, closures: list[int]
+) -> dict[str, Any]:
+    """Run a model as it is and hardened; return these fields of a `HardenedModel`."""
+    size, timestep = float(model.stat.extent), float(model.opt.timestep)
+    (reference, known_to), acting = reference_run(hard, state, steps, every), list[OtherForce]()
+
+    def variant(name: str, model: mujoco.MjModel) -> HardeningRun:
+        made = run_finer(model, state, steps, every)
+        acting.extend(made.acting)
+        completed = every * (len(made.states) - 1)
+        if made.broke:
+            return HardeningRun(name, completed, made.broke)
+        drift = None if known_to is None else _largest_distance(made.centres, reference.centres)
+        return HardeningRun(
+            name, completed, "", tuple(made.constraint_violations(size)[:, closures].max(axis=0).tolist()), drift
+        )
+
+    before, after = variant("as it is", model), variant("hardened", hard)
+    steppers = (looping_stepper(without_autoreset(one), state, steps) for one in (hard, model))
+    return {
+        "size": size,
+        "timestep": timestep,
+        "seconds": timestep * steps,
+        "variants": (before, after),
+        "travel": None if reference.broke else _largest_distance(reference.centres, reference.centres[0]),
+        "reference_known_to": known_to,
+        "acting": merge_forces(acting),
+        "cost": None if before.broke or after.broke else time_stepper_pair(*steppers),
+    }
+
+
+def _binary_model(model: mujoco.MjModel) -> bytes:
+    """The model as MuJoCo saves it (mj_saveModel)."""
+    buffer = np.empty(mujoco.mj_sizeModel(model), np.uint8)
+    mujoco.mj_saveModel(model, None, buffer)
+    return buffer.tobytes()
+
+
+def _harm_reason(found: HardenedModel, before: HardeningRun, after: HardeningRun) -> str:
+    """Why the hardened model is worse than the model as it is; empty if it is not."""
+    if after.broke:
+        hardened = f"the run breaks off hardened after {after.steps} steps ({after.broke}), and as it is"
+        if before.broke:
+            return f"{hardened} after {before.steps} ({before.broke}): nothing shows what hardening does"
+        return f"{hardened} it does not: {ADVICE}"
+    then, now = (max(one.openings or (), default=0.0) for one in (before, after))
+    if not before.broke and now > max(WORSE_FACTOR * then, CLOSED_SHARE * found.size):
+        return f"its loops open more, {1e3 * now:.1e} mm and as it is {1e3 * then:.1e} mm: {ADVICE}"
+    return ""
+
+
+def _acting_words(found: HardenedModel) -> tuple[str, ...]:
+    """Sentences on forces other than the loops' that act in these runs."""
+    return acting_sentences((one for one in found.acting if one.kind != LACKING), run="in these runs", judged=False)
+
+
+def _doubts(found: HardenedModel) -> Iterator[str]:
+    """Yield reasons to doubt the figures."""
+    if not found.start_closed:
+        yield "no pose near the start closes the loops: the runs start with them open"
+    if found.travel is not None and found.travel < STANDSTILL_SHARE * found.size:
+        yield (
+            f"nothing moves in these runs (travel {found.travel:.1e} m): they show how far the loops open at rest, "
+            "and nothing else; --keyframe KEY starts others, --ctrl NAME=VALUE commands a motion"
+        )
+
+
+# -- runs -------------------------------------------------------------------------------------------------------------
+
+
+def closed_start(
+    model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()
+) -> tuple[Array, dict[str, Any]]:
+    """The requested start, or the first keyframe, with its loops and rates closed where possible.
+
+    So are its rates: the nearest that open no loop.
+
+    Returns:
+        The state, and what a `HardenedModel` says of it.
+
+    Raises:
+        InvalidInput: the model has no such keyframe or actuator.
+    """
+    data, index = data_at_start(model, keyframe, controls)
+    mujoco.mj_fwdPosition(model, data)
+    given = float(constraint_violations(model, data, float(model.stat.extent)).max(initial=0.0))
+    state, name = state_of(model, data), start_words(model, index, data.ctrl)
+    closed = close_loops(model, data, CLOSING_TOLERANCE * float(model.stat.extent))
+    if closed:
+        jacobian = equality_jacobian(model, data)
+        data.qvel[:] -= np.linalg.lstsq(jacobian, jacobian @ data.qvel, rcond=REDUNDANT_ROW_SHARE)[0]
+        state = state_of(model, data)
+    return state, {"start": name, "start_opening": given, "start_closed": closed}
+
+
+def run_finer(model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1) -> Run:
+    """Run a model from a state with `finer` times as many steps between the same samples."""
+    made = without_autoreset(model)
+    set_step(made, float(made.opt.timestep) / finer)
+    return run(made, state, steps * finer, every * finer)
+
+
+def without_autoreset(model: mujoco.MjModel) -> mujoco.MjModel:
+    """A copy of a model that does not reset itself when its run breaks off."""
+    made = copy.copy(model)
+    made.opt.disableflags |= compat.disable_bit("AUTORESET")
+    return made
+
+
+def _largest_distance(points: Array, others: Array) -> float:
+    """The largest distance of a body from other points [m]."""
+    return float(np.linalg.norm(points - others, axis=2).max(initial=0.0))
+
+
+def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
+    """Number of steps of a run, and of steps from one sample to the next.
+
+    Raises:
+        InvalidInput: they are too few or too many.
+    """
+    timestep = float(model.opt.timestep)
+    least, most = MIN_STEPS * timestep, MAX_STEPS * timestep
+    if not least <= seconds <= most:
+        raise InvalidInput(
+            f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"
+        )
+    steps = math.ceil(seconds / timestep - 1e-9)
+    every = math.ceil(steps / MAX_SAMPLES)
+    return math.ceil(steps / every) * every, every
+
+
+def reference_run(hard: mujoco.MjModel, state: Array, steps: int, every: int) -> tuple[Run, float | None]:
+    """The reference run with closed loops, and its own error [m]; None if a run broke off.
+
+    It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
+    as it is for the user.
+    """
+    fine, check = (run_finer(hard, state, steps, every, times) for times in (REFERENCE_REFINEMENT, CHECK_REFINEMENT))
+    rounding = float(np.finfo(float).eps) * float(hard.stat.extent)
+    return fine, None if fine.broke or check.broke else max(_largest_distance(fine.centres, check.centres), rounding)

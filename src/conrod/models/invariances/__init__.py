@@ -1,0 +1,1 @@
+"""Changes to a model that must not change its motion."""

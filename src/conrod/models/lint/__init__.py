@@ -1,0 +1,1 @@
+"""What a MuJoCo model has in excess, and what makes it fail."""

@@ -1,0 +1,137 @@
+"""`conrod lint`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+from rich.text import Text
+
+from conrod.cli import FAILED, completion, options, waiting
+from conrod.cli.options import controls_in, option
+from conrod.comparison.plain_values import json_document
+from conrod.execution.files import files_to_write
+from conrod.execution.writing import name_file_in_errors, real_path, single_file, write_together
+from conrod.models.lint.findings import Finding, FixedModel, Report, Severity, Value, sarif
+from conrod.report.terminal import PrintedPart, print_parts
+from conrod.user_files.endings import MODELS
+from conrod.user_files.files import check_readable, protected_model_files
+
+COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}
+
+
+@dataclass(frozen=True)
+class LintOptions:
+    """Options of `conrod lint`, as typed; None or empty where nothing was given."""
+
+    keyframe: str | None = option(
+        "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
+    )
+    controls: tuple[str, ...] = option("--ctrl")
+    seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
+    ignored: tuple[str, ...] = option("--ignore", multiple=True, metavar="RULE", help="Leave a rule out.")
+    fail_on: str = option(
+        "--fail-on",
+        type=click.Choice([one.value for one in Severity]),
+        default=Severity.ERROR.value,
+        show_default=True,
+        help="Exit status 1 for errors alone, or for notes too.",
+    )
+    form: str = option(
+        "--format", type=click.Choice(["text", "sarif"]), default="text", help="For people, or a build server [text]."
+    )
+    document: str | None = option("--json")
+    fixed: str | None = option("--fix", metavar="OUT.xml", help="Write the model with the safe fixes made.")
+
+
+@options.verb(LintOptions)
+@click.argument("model", metavar="MODEL.xml", shell_complete=completion.files_with(MODELS))
+def lint(model: str, asked: LintOptions) -> None:
+    """List parts of a MuJoCo model that its motion does not need, and parts that will cause trouble.
+
+    The model is run, and run again without each suspect; the file is only read.
+
+    Findings are errors (they make this motion wrong) or notes.
+
+    Exit status 0: no errors, or what --fail-on says; 1: some; 2: bad usage.
+    """
+    path = Path(model)
+    check_readable(path)
+    files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, protected_model_files(path))
+    folder = real_path(files["--fix"]).parent if "--fix" in files else None
+    controls = controls_in(asked.controls)
+
+    from conrod.execution.local import FILE_TIMEOUT
+    from conrod.models.lint.api import lint
+
+    with waiting(path, FILE_TIMEOUT):
+        report = lint(
+            path,
+            keyframe=asked.keyframe,
+            controls=controls,
+            seconds=asked.seconds,
+            ignore=asked.ignored,
+            fix_for=folder,
+        )
+    if asked.form == "text":
+        print_parts(report_to_print(report, files.get("--fix")))
+    else:
+        with name_file_in_errors("standard output"):
+            click.echo(sarif(report), nl=False)
+    texts: dict[str, str | bytes] = {
+        "--json": json_document(report.document()),
+        "--fix": report.fixed.text if report.fixed else "",
+    }
+    write_together([single_file(file, texts[option]) for option, file in files.items() if texts[option]])
+    if any(finding.severity.value in (Severity.ERROR.value, asked.fail_on) for finding in report.findings):
+        sys.exit(FAILED)
+
+
+# -- printing --------------------------------------------------------------------------------------------------------
+
+
+def report_to_print(report: Report, out_file: Path | None) -> Iterator[PrintedPart]:
+    """A block for each finding, the most harmful first, then what else was judged otherwise."""
+    yield f"{report.model}: {report.run}"
+    for finding in report.findings:
+        yield from _print_finding(finding)
+    yield from ("", *report.notes, _count_words([finding.severity for finding in report.findings]))
+    if report.fixed is not None:
+        yield _fix_words(report.fixed, out_file)
+
+
+def _count_words(found: list[Severity]) -> str:
+    """'3 findings: 1 error, 2 notes'."""
+    number, counts = len(found), [(one.value, found.count(one)) for one in Severity]
+    parts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
+    return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
+
+
+def _print_finding(finding: Finding) -> Iterator[PrintedPart]:
+    severity = finding.severity
+    yield from ("", Text(f"{severity.value}: {finding.rule}", COLOURS[severity]))
+    lines = [finding.what, "evidence: " + "; ".join(f"{name} {_value_text(v)}" for name, v in finding.evidence.items())]
+    if finding.change is not None:
+        lines.append(f"change of motion without it: {_value_text(finding.change)}")
+    lines += [f"why: {finding.why}", f"fix: {finding.fix}"]
+    lines += [f"     {edit}" for edit in finding.edits]
+    if finding.edits:
+        lines.append("safe: --fix makes it" if finding.safe else "not made by --fix: say yourself which was meant")
+    yield from (f"  {line}" for line in lines)
+
+
+def _fix_words(fixed: FixedModel, file: Path | None) -> str:
+    if not fixed.text:
+        return f"nothing can be fixed safely; {file} is not written"
+    number = len(fixed.edits)
+    moved = "did not change" if fixed.change == 0.0 else f"changed by {_value_text(fixed.change)} of its travel"
+    return f"{file}: {number} edit{'' if number == 1 else 's'}; the motion {moved}"
+
+
+def _value_text(value: Value) -> str:
+    if isinstance(value, float):
+        return "beyond all bounds" if value >= 1e300 else f"{value:.4g}"
+    return str(value)

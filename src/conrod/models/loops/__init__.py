@@ -1,0 +1,1 @@
+"""The closed loops of a model whose joints are driven by laws."""

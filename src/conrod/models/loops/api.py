@@ -1,0 +1,111 @@
+"""Closed loops of any MuJoCo model, judged by the model's own exact motion; no scene is needed."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from conrod.errors import InvalidInput, as_mapping, as_names
+from conrod.execution.local import call_on_file
+from conrod.execution.resolve_arguments import check_tolerance
+from conrod.mechanism.units import check_number
+from conrod.mjcf.loop_results import QUANTITIES, LoopRequest, LoopStudy
+from conrod.mjcf.request import controls_of
+from conrod.models.loops.report import KIND
+from conrod.report.findings import Findings, text_of_call
+from conrod.scenes.space import MACHINES
+from conrod.user_files.files import check_readable
+from conrod.user_files.in_memory import file_of_model
+
+if TYPE_CHECKING:
+    import mujoco
+
+SHORTEST_RUN, LONGEST_RUN = 1e-6, 1e6  # [s]
+
+
+def check_loops(
+    model: str | Path | mujoco.MjModel | mujoco.MjSpec | Sequence[str | Path],
+    *,
+    drives: Mapping[str, str] | None = None,
+    points: str | Sequence[str] = (),
+    keyframe: str | None = None,
+    controls: Mapping[str, float] | None = None,
+    seconds: float | None = None,
+    tolerance: Mapping[str, float] | None = None,
+    machine: str | None = None,
+    progress: Callable[[str], object] = lambda name: None,
+) -> Findings[LoopStudy]:
+    """Judge the closed loops of MuJoCo models by their own exact motion.
+
+    Args:
+        model: paths of MJCF or binary files, a model in memory, or names of machines in space.
+        drives: law of each driven joint, such as `{"hip": "60rpm"}` or `{"boom": "sine:20deg,1Hz"}`.
+        points: sites or bodies that are judged; all that the drives move where none is given.
+        keyframe: to assemble the model from; None for its reference pose.
+        controls: inputs of actuators where the model runs as its file has it.
+        seconds: length of the runs; None for a period of the slowest drive.
+        tolerance: largest error by quantity [m, m/s, m/s^2]; a position's bounds the opening of the loops, too.
+        machine: that the model is to be: a machine in space by name, or another model's file.
+        progress: called with the name of each model before it is judged.
+
+    Raises:
+        InvalidInput: a model or an argument cannot be used; says what can.
+    """
+    if seconds is not None:
+        check_number("--seconds", seconds, SHORTEST_RUN, LONGEST_RUN, "s")
+    laws = as_mapping("drives", drives, "{'hip': '60 rpm'}")
+    if not laws and machine is not None and machine in MACHINES:
+        laws = dict(MACHINES[machine]().drives)
+    places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
+    allowed = {} if tolerance is None else check_tolerance(tolerance, QUANTITIES)
+    question = LoopRequest(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
+    several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
+    found, typed = dict[str, LoopStudy](), dict[str, str]()
+    for one in several:
+        progress(str(one))
+        if isinstance(one, str) and one in MACHINES:
+            found[one], typed[one] = check_machine(one, question), one
+            continue
+        with file_of_model(one) as (path, shown):
+            check_readable(path)
+            part = shown or path.stem
+            if part in found:
+                raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
+            study = check_model_loops(path, question, part)
+            found[part], typed[part] = (study if shown is None else replace(study, file=shown)), str(one)
+    asked = [str(one) if isinstance(one, str | Path) else "the model" for one in several]
+    call = text_of_call(
+        "check_loops",
+        asked,
+        drives=laws or None,
+        points=tuple(points),
+        keyframe=keyframe,
+        controls=controls,
+        seconds=seconds,
+        tolerance=tolerance,
+        machine=machine,
+    )
+    return Findings(KIND, found, call, typed=typed)
+
+
+def check_machine(name: str, question: LoopRequest) -> LoopStudy:
+    """Judge a machine in space by its model, driven by its default laws unless others are given."""
+    machine = MACHINES[name]()
+    own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, f"{name}.xml")
+        path.write_text(machine.mjcf, encoding="utf-8")
+        try:
+            return replace(check_model_loops(path, own, name), file=name)
+        except InvalidInput as error:
+            raise InvalidInput(str(error).replace(f"{path}", name)) from None
+
+
+def check_model_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
+    """Judge the loops of a model file in another process."""
+    from conrod.models.loops.study import study_loops
+
+    return call_on_file(study_loops, path, question, name)

@@ -1,0 +1,346 @@
+"""The report on a model's closed loops: what moves, the errors of its engine, and settings that would suffice."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+from urllib.parse import quote
+
+from conrod.comparison.other_forces import acting_sentences, merge_forces
+from conrod.comparison.trajectory import Outcome
+from conrod.mjcf.differences import MachineComparison
+from conrod.mjcf.loop_results import (
+    LABELS,
+    LOOPS,
+    OWN,
+    QUANTITIES,
+    LawComparison,
+    LoopRun,
+    LoopStudy,
+    ShippedRun,
+    loop_limits,
+)
+from conrod.mjcf.start_pose_words import open_start_words
+from conrod.report.kind import Index, Kind
+from conrod.report.numbers import in_shown_unit, measured_text, order, quantity
+from conrod.report.table import VERDICT, ColouredCell, Table, Verbatim, table
+from conrod.report.terminal import PrintedPart, indented_under, verdict_line
+
+RIGHT_COLUMNS = (
+    "step [ms]",
+    "position [mm]",
+    "velocity [m/s]",
+    "acceleration [m/s²]",
+    "loops open [mm]",
+    "order",
+    "cost",
+)
+UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
+MAX_NAMED = 4  # differences, points or bodies named in a sentence
+MIN_CONTRADICTION = 1e-9  # of the travel; less is rounding
+
+
+def finding(study: LoopStudy) -> str:
+    """Return the verdict on the file's own run and on its driven runs, and the scope of both.
+
+    If it is another machine than the scene, the verdict says so first, unless its own run failed.
+    """
+    shipped, own = study.shipped, study.own
+    said = [_own_run_words(study), _driven_run_words(study)]
+    if not study.shipped_failed and not (study.is_machine and study.agrees):
+        said.reverse()
+    said += _other_forces_words(study)
+    said += [f"{words[0].upper()}{words[1:]}." for words in (study.moved_start, study.about) if words]
+    if not_judged := list(_not_judged(study)):
+        said.append(f"Not judged: {'; '.join(not_judged)}.")
+    if study.begins is not None:
+        said.insert(0 if study.begins_open else len(said), open_start_words(study.begins))
+    if study.is_machine and study.compared is not None and (words := _difference_words(study.compared)):
+        said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
+    if study.compared is not None and (loads := study.compared.loads):
+        said.append(f"Loads are not judged, and differ: {_first_differences(loads)}.")
+    if study.question.tolerance:
+        said.append(_cheapest_words(study))
+    if own.outcome is Outcome.COMPLETED and own.label == OWN:
+        best = min(
+            (run for run in study.runs if run.errors), key=lambda run: max(run.errors["position"], run.gap or 0.0)
+        )
+        if best is not own:
+            said.append(f"At the same step `{best.label}` is within {in_mm(best.errors['position'])}.")
+            if (run := study.presets.get(best.label)) is not None and run.failed and not shipped.failed:
+                said.append(f"But with it and its own actuators the file {shipped_words(run)}.")
+    return " ".join(said)
+
+
+def _other_forces_words(study: LoopStudy) -> Iterator[str]:
+    """Yield sentences on forces other than those of the loops, in the driven and the own run."""
+    driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
+    named = {one.title for one in driven}
+    yield from acting_sentences(driven, engine)
+    alone = [one for one in study.shipped.acting if one.title not in named]
+    yield from acting_sentences(alone, engine, "run as the file has it")
+
+
+def _own_run_words(study: LoopStudy) -> str:
+    """Say in a sentence whether the file's own run is within tolerance."""
+    shipped, asked = study.shipped, study.question.tolerance
+    did = f"Run as the file has it, from {shipped.start}, it {shipped_words(shipped)}"
+    if shipped.failed:
+        return f"{did}."
+    if not shipped.driven:
+        return f"{did}: not judged, nothing drives it (no control and no rate at its start)."
+    did += "".join(f", {words}" for words in _law_words(shipped.laws))
+    if shipped.exceeds(asked):
+        return f"{did}: OUT OF TOLERANCE (allowed {in_mm(loop_limits(asked)[LOOPS])})."
+    if shipped.laws.differs:
+        return f"{did}: OUT OF TOLERANCE."
+    return f"{did}: {'within tolerance' if LOOPS in loop_limits(asked) else 'measured, not judged'}."
+
+
+def _law_words(laws: LawComparison) -> Iterator[str]:
+    """Say what speed the own run has in place of its law's, and that it is on another branch."""
+    for one in laws.strayed:
+        law, mean, least, most = (
+            in_shown_unit(one.law * round(speed / one.law, 6), "rad/s", 5)[0]
+            for speed in (one.law, one.own.mean, one.own.least, one.own.most)
+        )
+        span = "" if least == most else f" on average, {least} to {most} rpm"
+        if one.own.is_still:
+            did = "stands still"
+        elif one.own.mean * one.law < 0.0:
+            did = f"turns backwards, at {mean} rpm{span}"
+        else:
+            did = f"turns at {mean} rpm{span}"
+        yield f"{one.joint} {did}, not at the {law} rpm of its law"
+    if laws.other_branch:
+        yield "it is on another assembly branch than the motion of the laws"
+
+
+def _not_judged(study: LoopStudy) -> Iterator[str]:
+    """Yield the quantities that the verdict does not cover, in words."""
+    asked, idle = study.question.tolerance, study.mobility.idle
+    if study.judges_loops_alone:
+        named = f"{', '.join(study.points[:MAX_NAMED])}{', ..' if len(study.points) > MAX_NAMED else ''}"
+        yield f"what moves by the loops: {named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
+    if asked and (left := [name for name in QUANTITIES if name not in asked]):
+        yield " and ".join(left)
+    if others := [one.title for one in merge_forces(one for run in study.runs for one in run.acting) if not one.exact]:
+        borne = f"{', '.join(others[:MAX_NAMED])}{', ..' if len(others) > MAX_NAMED else ''}"
+        yield f"forces: torques of drives and reactions bear {borne} too, which the exact ones do not have"
+    elif asked:
+        yield "forces"
+    shipped = study.shipped
+    compared = [one.joint for one in shipped.laws.speeds]
+    left = [name for name in study.question.drives if name not in compared]
+    if left and shipped.driven and not shipped.failed:
+        yield f"whether its own run moves {', '.join(left[:MAX_NAMED])} by the laws"
+    if study.mobility.undetermined:
+        yield f"what {', '.join(idle[:MAX_NAMED])} moves, which the drives do not determine"
+
+
+def _driven_run_words(study: LoopStudy) -> str:
+    own = study.own
+    if not study.is_machine and (other := study.compared) is not None:
+        off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
+        if other.off is not None and replace(study, compared=replace(other, other_kinds=False)).is_machine:
+            off = ", though its points are where those of the machine are"
+        words = _difference_words(other) or "why is not known: no length, axis, anchor or loop differs"
+        return f"It is not {other.machine} as it stands: {words}{off}."
+    if not study.agrees:
+        worst = max(study.kinematic, key=lambda name: study.kinematic[name])
+        off = measured_text(study.kinematic[worst])
+        return f"MuJoCo does not place it as its exact motion does: {worst} off by {off}."
+    if own.outcome is not Outcome.COMPLETED:
+        met = f"; {study.remarks[0]}" if study.remarks else ""
+        return f"Driven with its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
+    off = in_mm(own.errors["position"])
+    gap = f"its loops open by up to {in_mm(own.gap or 0.0)}, and {own.worst} is off its exact place by {off}"
+    if not study.question.tolerance:
+        return f"Driven with its own settings {gap}: measured, not judged."
+    over = [
+        f"{'loops open' if name == LOOPS else name} {_size_text(name, found)}, allowed {_size_text(name, allowed)}"
+        for name, (found, allowed) in own.exceeded_limits(study.question.tolerance).items()
+    ]
+    verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
+    return f"Driven with its own settings {gap}: {verdict}."
+
+
+def _difference_words(other: MachineComparison) -> str:
+    """Name the differences between the model and the machine; empty where none is found."""
+    if other.other_branch:
+        return "it is assembled on another branch"
+    return _first_differences(other.differences)
+
+
+def _first_differences(differences: Sequence[str]) -> str:
+    """List the first differences, and the number of the rest."""
+    more = len(differences) - MAX_NAMED
+    return "; ".join([*differences[:MAX_NAMED], *([f"{more} more differences"] if more > 0 else [])])
+
+
+def shipped_words(shipped: ShippedRun) -> str:
+    """Say how the file's own run ended, to follow the word `it`."""
+    if shipped.outcome is not Outcome.COMPLETED:
+        return f"ended as {shipped.outcome.slug}: {shipped.reason}"
+    if shipped.chatter is not None:
+        joint, swing = shipped.chatter
+        return f"oscillates: the rate of {joint} turns back at every step, by {100 * swing:.2g} % of its range"
+    open_by = f", its loops open by up to {in_mm(shipped.gap)}"
+    return f"runs through its {quantity(shipped.seconds, 3)} s{open_by}"
+
+
+def _cheapest_words(study: LoopStudy) -> str:
+    asked = ", ".join(f"{name} {_size_text(name, allowed)}" for name, allowed in study.question.tolerance.items())
+    if (best := study.cheapest) is None:
+        return f"None of the settings that were tried holds {asked}."
+    cost = f"at {measured_text(best.cost)} times the cost of its own settings"
+    return f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}."
+
+
+def in_mm(size: float) -> str:
+    """Return a length [m] as text in mm."""
+    return f"{measured_text(1e3 * size)} mm"
+
+
+def _size_text(name: str, size: float) -> str:
+    factor, unit = UNITS["position" if name == LOOPS else name]
+    return f"{measured_text(factor * size)} {unit}"
+
+
+def runs_table(study: LoopStudy) -> Table:
+    """Return a row for each run at the model's own step, and for the cheapest sufficient run."""
+    runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
+    rows = [
+        (run.label, *_error_cells(run), order(run.order), measured_text(run.cost), _run_verdict(study, run))
+        for run in runs
+    ]
+    title = "driven along the exact motion: largest errors"
+    return table(("settings", *RIGHT_COLUMNS, VERDICT), rows, RIGHT_COLUMNS, title)
+
+
+def _error_cells(run: LoopRun) -> tuple[str, ...]:
+    errors = [measured_text(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
+    return quantity(1e3 * run.timestep), *errors, "" if run.gap is None else measured_text(1e3 * run.gap)
+
+
+def _run_verdict(study: LoopStudy, run: LoopRun) -> ColouredCell | str:
+    if run.outcome is not Outcome.COMPLETED:
+        return ColouredCell(f"{run.outcome.slug}: {run.reason}", "odd")
+    if not study.question.tolerance:
+        return "measured"
+    return (
+        ColouredCell("within tolerance", "good")
+        if run.is_within(study.question.tolerance)
+        else ColouredCell("OUT OF TOLERANCE", "bad")
+    )
+
+
+def what_moves(study: LoopStudy) -> Iterator[str]:
+    """Yield drives, mobility, redundant equations, idle joints, nearest singular configuration."""
+    one, drives = study.mobility, ", ".join(f"`{name}={law}`" for name, law in study.question.drives.items())
+    yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
+    taken = f"{one.rows} equations of its closures take {one.rank}"
+    yield f"mobility {one.remaining_dof}: of {one.freedom} degrees of freedom of its joints {taken}"
+    if one.redundant:
+        yield "redundant equations: " + ", ".join(f"{rows} of {name}" for name, rows in one.redundant.items())
+    if one.idle:
+        rest = f"; not judged: {', '.join(one.undetermined)}" if one.undetermined else ""
+        yield f"idle: {', '.join(one.idle)} can move without its drives{rest}"
+    if study.held:
+        yield f"held, as no loop contains them: {', '.join(study.held)}"
+    least = f"the least singular value is {measured_text(one.margin)} of the largest"
+    yield f"nearest to a singular pose at {quantity(one.margin_time)} s: {least}"
+    if study.misfit > MIN_CONTRADICTION * study.travel:
+        apart = f"they stay open by {in_mm(study.misfit)} at best"
+        yield f"its closures contradict each other: {apart}, and the exact motion is no more exact than that"
+    yield from study.remarks
+
+
+def how_exact(study: LoopStudy) -> Iterator[str]:
+    """Yield the differences of MuJoCo's kinematics, closed form and forces from the exact ones."""
+    off = ", ".join(f"{name} {measured_text(size)}" for name, size in study.kinematic.items())
+    yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
+    if study.compared is not None and study.compared.closed_form is not None:
+        off = measured_text(study.compared.closed_form)
+        yield f"the closed form of {study.compared.machine} differs from its exact motion by {off} of the travel"
+    if study.compared is not None and not study.compared.loads:
+        yield f"masses, damping and gravity are those of {study.compared.machine}, body by body and joint by joint"
+    if study.unmodelled:
+        yield f"forces are not compared, for there are others: {', '.join(study.unmodelled)}"
+    for run in study.runs:
+        if run.drives:
+            torques = _force_words("torque of drives", run.drives)
+            yield f"{run.label}: {torques}; {_force_words('reactions', run.reactions)}"
+    if study.ambiguous:
+        shared = f"how {', '.join(study.ambiguous)} share their forces"
+        yield f"redundant closures leave open {shared}; what they leave open is not compared"
+    for label, shipped in study.presets.items():
+        yield f"{label}, with the file's own actuators: it {shipped_words(shipped)}"
+
+
+def _force_words(what: str, found: Mapping[str, float]) -> str:
+    if not found:
+        return f"{what}: none that is determined"
+    worst = max(found, key=lambda name: found[name])
+    return f"{what} off by up to {measured_text(found[worst])} of the largest ({worst})"
+
+
+def _summary(study: LoopStudy) -> dict[str, Any]:
+    cheapest = study.cheapest and f"{study.cheapest.label}, {quantity(1e3 * study.cheapest.timestep)} ms"
+    return {
+        "passed": study.passed,
+        "finding": finding(study),
+        "mobility": study.mobility.remaining_dof,
+        "redundant": sum(study.mobility.redundant.values()),
+        "shipped": study.shipped.outcome.slug,
+        "positions": {run.label: run.errors.get("position") or run.outcome.slug for run in study.runs},
+        "cheapest": cheapest or "none",
+    }
+
+
+def index_table(index: Index[LoopStudy]) -> Table:
+    """Return a row for each model: mobility, outcome, errors and the cheapest settings."""
+    rows = []
+    for entry in index.entries.values():
+        one = entry["summary"]
+        places = [size if isinstance(size, str) else measured_text(1e3 * size) for size in one["positions"].values()]
+        link = f"[{entry['title']}]({quote(entry['page'])})"
+        rows.append((link, str(one["mobility"]), str(one["redundant"]), one["shipped"], *places, one["cheapest"]))
+    labels = [f"{label} [mm]" for label in LABELS]
+    headings = (
+        "model",
+        "mobility",
+        "redundant equations",
+        "run as the file has it",
+        *labels,
+        "cheapest within tolerance",
+    )
+    return table(headings, rows, labels)
+
+
+def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
+    """Yield the verdict on each model, what moves, how exact the runs are, and their errors."""
+    for study in studies:
+        yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
+        yield from (
+            *indented_under("what moves", what_moves(study)),
+            *indented_under("how exact", how_exact(study)),
+            "",
+        )
+        yield runs_table(study)
+        if study.paste:
+            yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))
+
+
+KIND = Kind(
+    name="loops",
+    findings=LoopStudy,
+    title=lambda study: study.name,
+    summary=_summary,
+    printed=results_to_print,
+    verdict=finding,
+    results="loops.json",
+    index_file="loops.md",
+    suffix="-loops",
+)

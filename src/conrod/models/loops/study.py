@@ -1,0 +1,315 @@
+"""The study of a model's closed loops: its exact motion, MuJoCo's kinematics, its runs and the cheapest settings."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from conrod.comparison.convergence import claimed_order
+from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forces
+from conrod.comparison.outcome import MAX_JOINT_GAP
+from conrod.comparison.trajectory import Outcome
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.exact.space import SpatialTree
+from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
+from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, forces
+from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.execution.paired_timing import time_stepper_pair
+from conrod.mjcf.causes import append_causes, describe_closures
+from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison, compare_with_machine, list_differences
+from conrod.mjcf.driven_runs import compare_kinematics, judge_run, settings_as_mjcf, shipped_run, with_settings
+from conrod.mjcf.driving import driven_run, set_exact_state
+from conrod.mjcf.equalities import inactive_closures, inactive_words
+from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_start, list_names, load_model, start_words
+from conrod.mjcf.loop_results import LABELS, OWN, LoopRequest, LoopRun, LoopStudy, ShippedRun
+from conrod.mjcf.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
+from conrod.mjcf.request import OpenStart
+from conrod.mjcf.runs import looping_stepper, state_of
+from conrod.mjcf.start import open_start, pose_words
+from conrod.models.loops.law_comparison import allowed_speed_error, compare_with_laws
+from conrod.models.loops.load_differences import list_load_differences
+from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
+from conrod.scenes.space import MACHINES
+
+# Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
+FINER, COARSER, MAX_SAMPLES = (1, 2, 4), (2, 4), 500
+CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
+MAX_SEARCHED_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
+
+
+def study_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
+    """Judge the loops of a model file; call it in a separate process (`conrod.execution.local`).
+
+    Raises:
+        InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
+    """
+    model, against, found = load_model(path), "", list[str]()
+    try:
+        check_finite(model)
+        check_rigid(model)
+        machine = None if question.machine is None else machine_tree(question.machine)
+        if machine is not None:
+            start = data_at_start(model, question.keyframe or OWN_POSE)[0].qpos
+            found = list(list_differences(tree_of(model, start), machine, inactive_closures(model)))
+            against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
+        return _LoopBench.from_request(model, question, explained=bool(found or describe_closures(model))).study(
+            str(path), name, machine
+        )
+    except InvalidInput as error:
+        words = append_causes(str(error).removeprefix(f"{path}: "), describe_closures(model))
+        raise InvalidInput(f"{path}: {words}{against}") from None
+
+
+def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
+    """Refuse too few or too many drives at a closed pose (nq, 1), and name the axis that blocks motion.
+
+    Args:
+        explained: whether it is known what the model has otherwise: then no axis is looked for.
+    """
+    try:
+        check_drives(machine, start)
+    except TooManyDrivesError as error:
+        if explained:
+            raise
+        searched = len(machine.tree.loop_joints) <= MAX_SEARCHED_JOINTS
+        spare = removable_words(machine, start)
+        found = explain_immobility(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
+        # Where some of the drives can stay they are simply too many.
+        words = f"; {describe_corrections(found)}" if found or (searched and error.stuck) else ""
+        raise InvalidInput(f"{error}{spare or words}") from None
+
+
+def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
+    """Assemble a machine and track its motion; if its start is outside joint ranges, perhaps from inside.
+
+    Args:
+        pose: that it is assembled from, in words.
+        explained: as in `_check_drives`.
+
+    Returns:
+        Why it was assembled from another pose; empty where it was not.
+
+    Raises:
+        InvalidInput: its drives are too few or too many, or its loops let it not go all the way.
+    """
+    outside, refused = outside_words(machine.tree, pose), None
+    try:
+        start = machine.assemble_start()
+        _check_drives(machine, start, explained)
+        machine.track_branch(start, seconds)
+    except InvalidInput as error:
+        refused = error
+    stays_outside = refused is None and any(joints_outside(machine.tree, machine.knots[0].coordinates[:, 0]))
+    if not outside or not (refused or stays_outside):
+        if refused:
+            raise refused
+        return ""
+    knots, misfit = machine.knots, machine.misfit
+    try:
+        return f"{outside}{_track_from_inside(machine, seconds, explained)}"
+    except InvalidInput as error:
+        if refused:
+            raise InvalidInput(f"{refused}; {outside}, {error}") from None
+    machine.knots, machine.misfit = knots, misfit
+    return ""
+
+
+def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
+    """Track a machine's motion from the closed pose inside its joints' ranges nearest to its start.
+
+    Returns:
+        The pose, in words.
+
+    Raises:
+        InvalidInput: there is none, or it goes not all the way from there.
+    """
+    if (inside := closed_pose_inside(machine)) is None:
+        raise InvalidInput("and no pose inside closes its loops")
+    folded, nearest = ", and is folded" if is_folded(machine, inside) else "", f'qpos="{pose_words(inside[:, 0])}"'
+    try:
+        _check_drives(machine, inside, explained)
+        machine.track_branch(inside, seconds)
+    except InvalidInput as error:
+        raise InvalidInput(f"and from {nearest}, the nearest pose inside, {error}; --keyframe for another") from None
+    return f"{folded}: the motion starts from the nearest closed pose inside, {nearest} (--keyframe for another)"
+
+
+@dataclass(frozen=True, eq=False)
+class _LoopBench:
+    """A model with its exact machine, assembled and driven.
+
+    Attributes:
+        moved_start: as of a `LoopStudy`.
+    """
+
+    model: mujoco.MjModel
+    question: LoopRequest
+    machine: DrivenTree
+    data: mujoco.MjData
+    seconds: float
+    freedom: Mobility
+    points: tuple[FoundPoint, ...]
+    moved_start: str = ""
+
+    @classmethod
+    def from_request(cls, model: mujoco.MjModel, question: LoopRequest, *, explained: bool = False) -> _LoopBench:
+        data, key = data_at_start(model, question.keyframe or OWN_POSE)
+        tree = tree_of(model, data.qpos)
+        if not tree.closures:
+            off = inactive_words(model)
+            raise InvalidInput(f"it has no closed loop{f': {off}' if off else ''}")
+        laws, held = laws_of(model, tree, question)
+        seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
+        if not 2.0 * step <= seconds <= MAX_STEPS * step:
+            most = f"from 2 to {MAX_STEPS:,} can be run"
+            raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
+        machine = DrivenTree(tree, laws, held)
+        moved_start = _track_motion(machine, seconds, start_words(model, key), explained)
+        freedom = count_mobility(machine)
+        points = judged_points(model, tree, freedom, question)
+        return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
+
+    @property
+    def period(self) -> float:
+        """Time [s] that the slowest drive takes for its law."""
+        return duration(self.machine.laws)
+
+    def study(self, file: str, name: str, machine: SpatialTree | None) -> LoopStudy:
+        """Run and compare everything; return the study."""
+        checked = self.machine.motion(np.linspace(0.0, self.seconds, CHECKED_INSTANTS))
+        ways = {n: float(np.linalg.norm(p.position - p.position[0], axis=1).max()) for n, p in checked.points.items()}
+        least, judged = 1e-9 * self.machine.tree.extent, [point.name for point in self.points]
+        if (travel := max(ways[name] for name in judged)) <= least:
+            moving = [name for name, way in ways.items() if way > least and name not in self.freedom.undetermined]
+            others = f"; --point NAME takes {list_names(moving)}" if moving else ""
+            raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
+        shipped = self._run_as_shipped(travel)  # what is wrong with controls is said before the runs
+        shipped = self._compare_with_laws(shipped, checked, travel)
+        kinematic, remarks = compare_kinematics(self.model, self.machine, self.points, checked)
+        runs, steps = self._runs(travel)
+        unknown = self._unknown_forces(merge_forces(one for run in runs for one in run.acting))
+        exact = None if unknown else forces(self.machine, checked)
+        best = self._cheapest((*runs, *steps))
+        paste = (
+            "" if best is None else settings_as_mjcf(best.label, best.timestep, self.period, bool(self.freedom.idle))
+        )
+        return LoopStudy(
+            file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
+            self.machine.misfit, kinematic, () if exact is None else exact.indeterminate, unknown, remarks,
+            shipped, runs, steps, best, paste,
+            self._compare_with_machine(machine, checked, travel),
+            {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
+            self._open_start(), self.moved_start, self._closure_words(), tuple(judged),
+        )  # fmt: skip
+
+    def _closure_words(self) -> str:
+        """Describe closures, and the axis or anchor that makes them contradict each other, if they do."""
+        machine, said = self.machine, describe_closures(self.model)
+        closes = machine.misfit <= NUMBER_TOLERANCE * machine.tree.extent
+        if closes or self.question.machine is not None or len(machine.tree.loop_joints) > MAX_SEARCHED_JOINTS:
+            return said
+        found = explain_immobility(machine.tree, machine.laws, machine.held, machine.knots[0].coordinates)
+        return f"{said}{'; ' if said else ''}its closures contradict each other: {describe_corrections(found)}"
+
+    def _open_start(self) -> OpenStart | None:
+        """Closures that are open where the file's own run starts; None if all are closed."""
+        data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
+        return open_start(self.model, data, self.machine.tree.extent, start_words(self.model, key))
+
+    def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
+        """The cheapest run within the tolerance; None if none is, or none was given."""
+        allowed = self.question.tolerance
+        within = [run for run in runs if allowed and run.cost is not None and run.is_within(allowed)]
+        return min(within, key=lambda run: run.cost or math.inf, default=None)
+
+    def _compare_with_machine(
+        self, machine: SpatialTree | None, motion: SpatialMotion, travel: float
+    ) -> MachineComparison | None:
+        """Compare with the machine that it is to be, and with its closed form if it has one."""
+        if machine is None or (name := self.question.machine) is None:
+            return None
+        driven = self.machine
+        off = inactive_closures(self.model)
+        found = compare_with_machine(name, driven.tree, machine, driven.laws, driven.held, motion, off)
+        found = replace(found, loads=tuple(list_load_differences(driven.tree, machine)))
+        if name not in MACHINES:
+            return found
+        laws = {joint: law.derivatives(motion.times)[:3] for joint, law in driven.laws.items()}
+        exact = MACHINES[name]().points(laws)
+        apart = (np.abs(exact[p][0] - motion.points[p].position).max() for p in exact if p in motion.points)
+        return replace(found, closed_form=max(map(float, apart)) / travel)
+
+    def _unknown_forces(self, acting: tuple[OtherForce, ...]) -> tuple[str, ...]:
+        """Forces and inertias that the exact forces do not include, in words."""
+        spins = (f"{', '.join(self.freedom.idle)} idle, whose spin no drive determines",) if self.freedom.idle else ()
+        return (*self.machine.tree.unmodelled, *spins, *(one.title for one in acting if not one.exact))
+
+    # -- runs ---------------------------------------------------------------------------------------------------------
+
+    def _runs(self, travel: float) -> tuple[tuple[LoopRun, ...], tuple[LoopRun, ...]]:
+        """Runs at the model's own step, with order and cost, and runs at other steps."""
+        at_own, others = list[LoopRun](), list[LoopRun]()
+        costs = self._costs()
+        for label in LABELS:
+            made = {n: self._run(label, n, travel) for n in (*(1.0 / c for c in COARSER), *map(float, FINER))}
+            by_step = sorted((round(COARSER[-1] * n), run.errors.get("position")) for n, run in made.items())
+            order = claimed_order(by_step)
+            priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
+            at_own.append(replace(priced[1.0], order=order))
+            others += [run for n, run in priced.items() if n != 1.0]
+        return tuple(at_own), tuple(others)
+
+    def _run(self, label: str, finer: float, travel: float) -> LoopRun:
+        """Run with `finer` times as many steps as the model's own, compared with the exact motion."""
+        step = float(self.model.opt.timestep) / finer
+        count = int(self.seconds / step + 1e-9)
+        if not 2 <= count <= MAX_STEPS:
+            return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MAX_STEPS:,} are made")
+        every = max(1, count // MAX_SAMPLES)
+        motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
+        model = self._with_settings(label, step)
+        recorded = driven_run(self.machine, model, motion, self.points, every)
+        exact = None if self._unknown_forces(recorded.acting) else forces(self.machine, motion)
+        found = judge_run(label, step, recorded, motion, self.machine, exact, travel)
+        return replace(found, acting=recorded.acting, reason=add_obstacles(found.reason, recorded.acting))
+
+    def _with_settings(self, label: str, step: float) -> mujoco.MjModel:
+        return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))
+
+    def _costs(self) -> dict[str, float]:
+        """Cost of a step with each preset over one with the model's own settings, timed alternately."""
+        start, steppers = self.machine.motion(np.zeros(1)), {}
+        for label in LABELS:
+            model = (
+                copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
+            )
+            model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION  # in the runs the drives hold against it
+            data = mujoco.MjData(model)
+            set_exact_state(data, start)
+            steppers[label] = looping_stepper(model, state_of(model, data), 100)
+        return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
+
+    def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
+        """Run the file as it is with the requested controls, or with a preset's settings."""
+        data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
+        words = start_words(self.model, key, data.ctrl.tolist())
+        model = copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
+        return shipped_run(self.machine.tree, model, data, self.seconds, words, travel)
+
+    def _compare_with_laws(self, shipped: ShippedRun, motion: SpatialMotion, travel: float) -> ShippedRun:
+        """Add how a completed own run that something drives differs from the laws of the drives."""
+        if not shipped.driven or shipped.failed:
+            return shipped
+        data, _ = data_at_start(self.model, self.question.keyframe, self.question.controls)
+        names = [point.name for point in self.points]
+        fastest = max(float(np.linalg.norm(motion.points[name].velocity, axis=1).max()) for name in names)
+        allowed = allowed_speed_error(self.question.tolerance, travel, fastest)
+        near = MAX_JOINT_GAP * travel
+        compared = compare_with_laws(self.machine, self.model, data, names, self.seconds, allowed, near)
+        return replace(shipped, laws=compared)

@@ -1,0 +1,1 @@
+"""Published figures, audited by the exact motion."""

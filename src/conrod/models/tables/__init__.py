@@ -1,0 +1,1 @@
+"""A trajectory as a table, judged by the exact motion of the scene that it is to be."""

@@ -1,0 +1,97 @@
+"""A table of a trajectory, judged by the exact motion of the scene that it is to be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from conrod.errors import as_names
+from conrod.execution.baseline_check import BaselineCheck
+from conrod.execution.local import call_on_file
+from conrod.execution.resolve_arguments import TOLERANCE_NAMES, OneScene, check_tolerance, scene_by_name
+from conrod.models.tables import report as trajectory
+from conrod.models.tables.baseline_lines import table_lines
+from conrod.models.tables.columns import column_request
+from conrod.models.tables.estimation import check_estimated
+from conrod.models.tables.study import TableStudy, study_table
+from conrod.report.findings import Findings, text_of_call
+from conrod.scenes import Scene
+from conrod.user_files.files import check_readable, name_file_in_errors
+from conrod.user_files.in_memory import file_of_table
+
+READING_TIMEOUT = 300.0  # [s]; a table of the most rows that are kept is read in a tenth of it
+
+
+def check_table(
+    table: str | Path | Mapping[str, Any] | Any,
+    scene: OneScene,
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: str | Sequence[str] = (),
+    estimate: str | Sequence[str] = (),
+    tolerance: Mapping[str, float] | None = None,
+    baseline: str | Path | None = None,
+    accept: bool = False,
+) -> Findings[TableStudy]:
+    """Judge a trajectory, measured or simulated by any tool, by the exact motion of a scene.
+
+    Args:
+        table: path of a file, a data frame (pandas, polars, pyarrow), or a mapping of numpy arrays (T,).
+        columns: heading of each quantity's column, such as {"C.x": "px"}, where it is not found by its heading.
+        units: of columns whose heading has none, such as ("mm", "deg").
+        estimate: unknowns to estimate first, of "time" and "phase".
+        tolerance: largest error by quantity, normalised; None judges nothing.
+        scene, baseline, accept: as of `check_model`.
+
+    Raises:
+        InvalidInput: the table or an argument cannot be used; says what can.
+    """
+    with file_of_table(table) as (path, shown):
+        check_readable(path)
+        name, machine = scene_by_name(scene)
+        points, units, estimate = tuple(machine.lengths), as_names(units), as_names(estimate)
+        wanted = column_request(columns or {}, units, points)
+
+        def judge(one: Scene) -> TableStudy:
+            from conrod.models.tables.reading import read_table
+
+            reading = call_on_file(read_table, path, points, wanted, timeout=READING_TIMEOUT)
+            return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
+
+        allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)
+        check_estimated(estimate)
+        words: dict[str, Any] = {"column": column_texts(columns), "unit": units, "estimate": ",".join(estimate)}
+        given = {"columns": columns, "units": units, "estimate": estimate, "tolerance": tolerance}
+        call = text_of_call("check_table", shown or str(path), name, **given)
+        return table_findings(judge, path, shown, (name, machine), words, (baseline, accept), call)
+
+
+def table_findings(
+    judge: Any,
+    path: Path,
+    shown: str | None,
+    scene: tuple[str, Scene],
+    words: Mapping[str, Any],
+    baseline: tuple[str | Path | None, bool],
+    call: str,
+) -> Findings[TableStudy]:
+    """Judge a table, or what an FMU returned as one, and compare it with its baseline."""
+    check = BaselineCheck.prepare(baseline[0], dict([scene]), words, accept=baseline[1])
+
+    def find(several: Sequence[Mapping[str, Scene]]) -> list[list[TableStudy]]:
+        with name_file_in_errors(path):
+            return [[judge(one) for one in scenes.values()] for scenes in several]
+
+    ((found,),) = find([dict([scene])])
+    compared = check.compare([found], find, table_lines) if check else None
+    return Findings(
+        trajectory.KIND, {trajectory.PART: replace(found, file=shown or found.file)}, call,
+        typed={trajectory.PART: str(path)}, baseline=compared,
+    )  # fmt: skip
+
+
+def column_texts(columns: Mapping[str, str] | None) -> tuple[str, ...]:
+    """Return the columns as they are typed on a command line, such as `C.x=px`."""
+    return tuple(f"{name}={heading}" for name, heading in (columns or {}).items())

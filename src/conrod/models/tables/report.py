@@ -1,0 +1,164 @@
+"""The report on a user's table of a trajectory, on the console and as a page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from conrod.mechanism.units import unit_in_prose
+from conrod.models.tables.causes import Cause
+from conrod.models.tables.errors import ERRORS
+from conrod.models.tables.study import TableStudy
+from conrod.report import numbers
+from conrod.report.figure import Figure
+from conrod.report.kind import Kind
+from conrod.report.results import distrust_words, exceeded_words
+from conrod.report.table import Table, table
+from conrod.report.terminal import PrintedPart, indented_under, verdict_line
+
+PART = "table"  # name of the report's only part
+# Printed unit, factor from SI and meaning of each estimated quantity.
+ESTIMATE_UNITS = {
+    "time": ("ms", 1e3, "the table's clock minus the scene's"),
+    "phase": ("deg", 180.0 / math.pi, "crank angle at the scene's time 0"),
+    "zero": ("deg", 180.0 / math.pi, "crank angle where the table's crank angle is 0"),
+}
+
+# -- words: mm and degrees, two digits for what was measured ---------------------------------------------------------
+
+
+def summary_line(study: TableStudy) -> str:
+    """Return the table's rows, times, revolutions and scene in a line."""
+    first, last = (f"{t:.6g}" for t in study.span)
+    revolutions = _revolutions_text(study)
+    return f"{study.file}: {study.rows} rows, {first} to {last} s, {revolutions} of {study.scene_name} ({study.form})"
+
+
+def _revolutions_text(study: TableStudy) -> str:
+    return f"{study.revolutions:.4g} revolution{'' if study.revolutions == 1.0 else 's'}"
+
+
+def verdict_text(study: TableStudy) -> str:
+    """Return the verdict on a table, with the quantities out of tolerance and those not judged."""
+    if study.distrust:
+        return distrust_words(study)
+    if study.passed is None:
+        return "measured, not judged: give --tolerance"
+    unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""
+    if study.passed:
+        found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
+        within = (
+            f"{name} {numbers.error(name, size)} <= {_tolerance_text(name, limit)}" for name, size, limit in found
+        )
+        return f"within tolerance: {', '.join(within)}{unjudged}"
+    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text))}{unjudged}"
+
+
+def _tolerance_text(name: str, limit: float) -> str:
+    """Return a tolerance as text, the phase's in deg."""
+    return numbers.allowed_text(name, limit) if name == "phase" else numbers.quantity(limit)
+
+
+def estimation_lines(study: TableStudy) -> list[str]:
+    """List the estimates with their standard errors and the remaining errors."""
+    lines = []
+    for one in study.estimates:
+        unit, factor, meaning = ESTIMATE_UNITS[one.name]
+        error = numbers.measured_text(one.error * factor)
+        left = numbers.error("total" if study.errors else "phase", one.remaining, study.scene.lengths)
+        value = f"{one.value * factor:.10g} {unit}, standard error {error} {unit}"
+        lines.append(f"{one.name}, {meaning}: {value}; what is left is {left} rms")
+    return lines
+
+
+def findings(study: TableStudy) -> list[str]:
+    """List estimates, unused columns, notes and likely causes, in sentences."""
+    unused = ", ".join(name or "(no name)" for name in study.unused)
+    lines = [
+        *estimation_lines(study),
+        f"crank angle off the nominal one by {numbers.in_degrees(study.phase)} deg at most" if study.phase else "",
+        f"columns not used: {unused}" if unused else "",
+        *(f"note: {note}" for note in study.notes),
+        *(_cause_line(study, cause) for cause in study.causes),
+        "none of the common causes reproduces the difference" if study.passed is False and not study.causes else "",
+    ]
+    return [line for line in lines if line]
+
+
+def _cause_line(study: TableStudy, cause: Cause) -> str:
+    """Name a likely cause, with each error that it explains before and after undoing it."""
+    lengths = study.scene.lengths
+    without = ", ".join(
+        f"{name} is {numbers.error(name, after, lengths)} instead of {numbers.error(name, before, lengths)}"
+        for name, (before, after) in cause.explains.items()
+    )
+    return f"likely cause: {cause.text}; without it {without}"
+
+
+# -- tables ----------------------------------------------------------------------------------------------------------
+
+
+def columns_table(study: TableStudy) -> Table:
+    """Return a row for each column that was used: quantity, heading, unit."""
+    rows = [(column.name, column.heading, unit_in_prose(column.unit), column.unit_from) for column in study.columns]
+    return table(("quantity", "column", "unit", "unit from"), rows)
+
+
+def errors_table(study: TableStudy) -> Table:
+    """Return a row for each point and error: max, rms, final and tolerance."""
+    rows = []
+    for point, curves in study.errors.items():
+        for name in ERRORS:
+            if name in curves:
+                size, limit = curves[name].size, study.tolerance.get(name)
+                sizes = (numbers.measured_text(value) for value in (size.max, size.rms, size.final))
+                shown = (
+                    numbers.in_mm({point: size.max}, study.scene.lengths) if name in numbers.QUANTITIES_OVER_L else ""
+                )
+                rows.append(
+                    (point, name, *sizes, shown, "not judged" if limit is None else _tolerance_text(name, limit))
+                )
+    right = ("max", "rms", "final", "max [mm]")
+    return table(("point", "error", *right, "tolerance"), rows, right, names=2)
+
+
+# -- the report ------------------------------------------------------------------------------------------------------
+
+
+def figure(study: TableStudy) -> Figure | None:
+    """Return the figure of errors over the run; None without errors."""
+    from conrod.models.tables.charts import table_figure
+
+    return Figure("error", "Error of the table over the run", lambda: table_figure(study)) if study.errors else None
+
+
+def _summary(study: TableStudy) -> dict[str, Any]:
+    return {
+        "passed": study.passed,
+        "figure": study.largest("total"),
+        "errors": {p: {name: curve.size for name, curve in curves.items()} for p, curves in study.errors.items()},
+        "exceeded": study.exceeded,
+        "causes": [cause.kind for cause in study.causes],
+    }
+
+
+def results_to_print(studies: Sequence[TableStudy]) -> Iterator[PrintedPart]:
+    """Yield the verdict, errors, estimates, notes, likely causes and columns of each table."""
+    for study in studies:
+        yield verdict_line(f"{study.file}: {verdict_text(study)}", study.passed)
+        yield errors_table(study)
+        yield from indented_under(summary_line(study), findings(study))
+        yield columns_table(study)
+
+
+KIND = Kind(
+    name="trajectory",
+    findings=TableStudy,
+    title=lambda study: f"{study.file} against {study.scene_name}",
+    summary=_summary,
+    printed=results_to_print,
+    verdict=verdict_text,
+    one_part=True,
+    schema=4,
+)

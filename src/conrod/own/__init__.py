@@ -1,1 +1,0 @@
-"""Files of users: their MuJoCo models, tables and printed values."""

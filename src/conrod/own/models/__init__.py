@@ -1,1 +1,0 @@
-"""Compare a user's own MuJoCo model with the exact motion of a scene."""

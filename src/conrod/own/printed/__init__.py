@@ -1,1 +1,0 @@
-"""Printed values of a textbook against the exact motion."""

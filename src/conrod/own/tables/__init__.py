@@ -1,1 +1,0 @@
-"""Trajectories of any tool, as tables, against the exact motion of a scene."""

@@ -1,1 +1,0 @@
-"""Runs of an engine: trajectories, outcomes, errors against the exact motion."""

@@ -1,1 +1,0 @@
-"""Execution of cases: in processes of this machine or on a Dask cluster."""

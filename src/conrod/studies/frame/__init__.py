@@ -1,1 +1,0 @@
-"""Frame that all studies share: cases, results, the ledger, timings, files."""

@@ -1,0 +1,108 @@
+"""`conrod sweep`: all settings of a grid; `conrod recommend`: the cheapest one within tolerances."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+
+import click
+
+from conrod.cli import FAILED, completion, options, say
+from conrod.cli.options import StudyOptions, option
+from conrod.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class SweepOptions(StudyOptions):
+    """Request to `conrod sweep`, as typed."""
+
+    grid: str = option(
+        "--grid", default="default", show_default=True, metavar="GRID", help="coarse, default or presets."
+    )
+
+
+@options.verb(SweepOptions)
+@click.argument("scenes", nargs=-1, required=True, metavar="SCENE...", shell_complete=completion.scenes)
+def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
+    """Measure the trade of speed for accuracy: error and cost of every setting of a grid.
+
+    The grid `presets` has engines beside each other: every preset of each, at more steps.
+
+    Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
+    """
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.engines.variants import grid_named
+    from conrod.execution.resolve_arguments import select_scenes
+    from conrod.studies.sweep.api import sweep
+    from conrod.studies.sweep.report import KIND
+
+    chosen = select_scenes(scenes, asked.assignments)
+    grid_named(asked.grid)
+    files = check_outputs(KIND, chosen, asked)
+    with asked.runs() as runs:
+        found = sweep(chosen, grid=asked.grid, engines=asked.engine, runs=runs)
+    files.answer(found, "sweep", scenes)
+    exit_with_verdict(found)
+
+
+@dataclass(frozen=True)
+class RecommendOptions(StudyOptions):
+    """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
+
+    position: float | None = option(
+        "--position", type=float, metavar="E", help="Largest error of position, over the travel L."
+    )
+    velocity: float | None = option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
+    acceleration: float | None = option(
+        "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
+    )
+    model: str | None = option(
+        "--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF)."
+    )
+
+
+@options.verb(RecommendOptions)
+@click.argument("scene", shell_complete=completion.scenes)
+def recommend(scene: str, asked: RecommendOptions) -> None:
+    """The cheapest setting of each engine within all given tolerances, ready to paste.
+
+    Sweeps that ship with conrod say which settings to try; each is run on the machine itself, some dozens of runs.
+    The answer is confirmed on other runs: with the numbers as they are pasted, another start angle, five revolutions,
+    speeds 10 % off; of an input that makes one pass, that pass backwards, and those speeds.
+
+    Exit status 0: at least one engine has such a setting; 1: none has, or cannot be trusted; 2: bad usage.
+    """
+    from conrod.cli.outputs import check_outputs
+    from conrod.engines.capabilities import MissingCapability, ModelFile, capability
+    from conrod.execution.files import files_to_write
+    from conrod.execution.resolve_arguments import choose_engines, select_scene
+    from conrod.execution.writing import single_file, write_together
+    from conrod.studies.sweep.api import cheapest_settings, findings_of
+    from conrod.studies.sweep.recommend import Recommendation
+    from conrod.studies.sweep.recommendation_report import KIND
+
+    name, chosen = select_scene(scene, asked.assignments)
+    engines = choose_engines(asked.engine)
+    wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
+    files = check_outputs(KIND, [name], asked, wanted)
+    able = {one.name: capability(one, ModelFile) for one in engines}
+    writers = {name: made for name, made in able.items() if not isinstance(made, MissingCapability)}
+    if asked.model and not writers:
+        raise InvalidInput(f"--model: {', '.join(able)} has no file of a model")
+    tolerance = {quantity: getattr(asked, quantity) for quantity in ("position", "velocity", "acceleration")}
+    with asked.runs() as runs:
+        answers = cheapest_settings((name, chosen), tolerance, engines=engines, runs=runs)
+    found = findings_of((name, chosen), tolerance, answers)
+    files.answer(found, "recommend", (scene,))
+    qualified = [one.rounded_settings for one in answers if isinstance(one, Recommendation)]
+    trusted = not found.study.distrust
+    settings = next((one for one in qualified if trusted and one.engine in writers), None)
+    for path in wanted.values():
+        if settings is None:
+            why = "nothing qualifies" if trusted else "its figures cannot be trusted"
+            say(f"conrod: no model is written: {why}", err=True)
+            sys.exit(FAILED)
+        write_together([single_file(path, writers[settings.engine].model(name, chosen, settings))])
+        say(f"model: {path}")
+    if not found.passed:
+        sys.exit(FAILED)

@@ -1,0 +1,107 @@
+"""Steady motion: scenes in engines at constant crank speed, judged by their exact motion."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from conrod.engines import Engine
+from conrod.execution.baseline_check import BaselineCheck, scene_lines
+from conrod.execution.resolve_arguments import (
+    MAX_KEPT_SAMPLES,
+    MAX_STREAMED_SAMPLES,
+    Engines,
+    Scenes,
+    choose_engines,
+    engine_names_given,
+    make_plan,
+    scenes_by_name,
+    select_presets,
+)
+from conrod.execution.runner import Runner, Runs
+from conrod.report.findings import Findings, text_of_call
+from conrod.scenes import Scene
+from conrod.studies.validation.plan import Plan
+from conrod.studies.validation.report import KIND
+from conrod.studies.validation.results import SceneStudy
+from conrod.studies.validation.study import validation_study
+
+REVOLUTIONS = 2
+
+
+def validate(
+    scenes: Scenes = (),
+    *,
+    engines: Engines = None,
+    preset: str | None = None,
+    steps_per_rev: int | None = None,
+    revolutions: int = REVOLUTIONS,
+    tolerance: Mapping[str, float] | None = None,
+    qualify: bool = False,
+    baseline: str | Path | None = None,
+    accept: bool = False,
+    runs: Runs | None = None,
+) -> Findings[SceneStudy]:
+    """Compare engines with the exact motion of scenes whose crank turns at constant speed.
+
+    Args:
+        scenes: names, mechanism files or scenes; the four with a closed form where none is given.
+        engines: by name, or "all" that are installed; those that take part by themselves where none is given.
+        preset: of settings; all where none is given.
+        steps_per_rev: time steps in one revolution of the crank; 1000, or 62832 for a cam in contact.
+        revolutions: of the crank.
+        tolerance: largest error by quantity, such as {"position": 1e-4}, in place of what the engine's law allows.
+        qualify: plant known defects in each judged run, and say which of them the verdict notices.
+        baseline: file of an earlier validation to compare with; written where there is none.
+        accept: write the baseline again.
+        runs: where runs are made and kept.
+
+    Raises:
+        InvalidInput: an argument cannot be used; says what can.
+    """
+    runs = runs or Runs()
+    chosen, able = scenes_by_name(scenes), choose_engines(engines)
+    presets = select_presets(able, preset)
+    most = MAX_KEPT_SAMPLES if qualify else MAX_STREAMED_SAMPLES  # a run in which defects are planted is recorded whole
+    plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, most)
+    words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
+    words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
+    check = None
+    if baseline or accept:
+        check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
+    runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
+
+    def find(several: Sequence[Mapping[str, Scene]], defects: bool) -> list[Sequence[SceneStudy]]:
+        with Runner.open(runs) as runner:
+            return runner.pursue([_study(one, able, presets, plan, defects) for one in several])
+
+    (found,) = find([chosen], qualify)
+    compared = check.compare(found, lambda several: find(several, False), scene_lines) if check else None
+    call = text_of_call(
+        "validate",
+        list(chosen),
+        engines=engine_names_given(engines),
+        preset=preset,
+        steps_per_rev=steps_per_rev,
+        revolutions=words["revolutions"],
+        tolerance=tolerance,
+        qualify=qualify,
+    )
+    return Findings(KIND, {study.name: study for study in found}, call, baseline=compared)
+
+
+def _study(
+    scenes: Mapping[str, Scene],
+    engines: Sequence[Engine[Any]],
+    presets: Mapping[str, tuple[str, ...]],
+    plan: Plan,
+    defects: bool,
+) -> Generator[Any, Any, Sequence[SceneStudy]]:
+    found = yield from validation_study(scenes, engines, presets, plan)
+    if not defects:
+        return found
+    from conrod.studies.detection.qualification import qualification_study
+
+    return (yield from qualification_study(found, scenes, engines, plan))

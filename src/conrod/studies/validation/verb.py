@@ -1,0 +1,88 @@
+"""`conrod validate`: motion of scenes at constant crank speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import click
+
+from conrod.cli import completion, options
+from conrod.cli.options import RunOptions, VerificationOptions, option, refuse, tolerance_in
+from conrod.errors import InvalidInput
+
+
+@dataclass(frozen=True)
+class ValidateOptions(VerificationOptions, RunOptions):
+    """Request to `conrod validate`, as typed; None or empty where nothing was given."""
+
+    engine: tuple[str, ...] = option("--engine")
+    preset: str | None = option("--preset")
+    steps_per_rev: int | None = option("--steps-per-rev", type=int, metavar="N", help="Steps a turn [1000; cam 62832].")
+    revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
+    assignments: tuple[str, ...] = option("--set")
+    qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
+
+
+@options.verb(ValidateOptions)
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...", shell_complete=completion.scenes)
+def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
+    """Compare engines with the exact motion of SCENEs at constant crank speed.
+
+    A SCENE is one that `conrod show` lists or a mechanism file (.toml); all with a closed form where none is named;
+    `catalogue` and `spatial` stand for all of theirs.
+    Exit status 0: all that was judged is within tolerance; 1: something is not.
+    """
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scenes
+    from conrod.scenes.space import MACHINES, SPATIAL
+    from conrod.studies.validation.api import REVOLUTIONS, validate
+    from conrod.studies.validation.report import KIND
+    from conrod.user_files.endings import FILES
+
+    if spatial := [name for name in scenes if name in (*MACHINES, SPATIAL)]:
+        if len(spatial) < len(scenes):
+            other = next(name for name in scenes if name not in spatial)
+            raise InvalidInput(f"{spatial[0]} is a machine in space, {other} is not: validate them one after the other")
+        _validate_in_space(scenes, asked)
+        return
+    if any(name.lower().endswith(FILES) for name in scenes):
+        options.refuse_old_spelling(click.get_current_context())
+    chosen = select_scenes(scenes, asked.assignments)
+    dossier = None
+    files = check_outputs(KIND, chosen, asked)
+    if asked.verification is None:
+        refuse(asked, "no --verification", *MEASUREMENTS)
+    else:
+        from conrod.verification.verb import Dossier
+
+        dossier = Dossier.prepare("validate", scenes, asked, chosen)
+    with asked.runs() as runs:
+        found = validate(
+            chosen,
+            engines=asked.engine,
+            preset=asked.preset,
+            steps_per_rev=asked.steps_per_rev,
+            revolutions=REVOLUTIONS if asked.revolutions is None else asked.revolutions,
+            tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
+            qualify=asked.qualify,
+            baseline=asked.baseline,
+            accept=asked.accept,
+            runs=runs,
+        )
+    files.answer(found, "validate", scenes)
+    if dossier:
+        dossier.write(found)
+    exit_with_verdict(found)
+
+
+MEASUREMENTS = ("measured", "limits", "uncertainties", "columns", "units", "estimate")
+TAKEN_IN_SPACE = ("--engine", "--tolerance", "--out", "--html", "--json", "--verification")
+
+
+def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
+    """Judge machines in space by their own exact motion, driven as they are made for."""
+    from conrod.models.check.verb import CheckOptions, check_machines
+
+    options.refuse_others(asked, "a machine in space", *TAKEN_IN_SPACE)
+    common = {name: getattr(asked, name) for name in ("out", "document", "html", "tolerance", "verification")}
+    check_machines("validate", names, replace(CheckOptions(), engine=asked.engine, **common))

@@ -1,0 +1,42 @@
+"""What each release of an engine changed: outcome, error, and the last bit of every state."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from conrod.engines import engine_named
+from conrod.engines.capabilities import KnownReleases, require_capability
+from conrod.errors import InvalidInput, as_names
+from conrod.execution.resolve_arguments import Scenes, scenes_by_name
+from conrod.execution.runner import Runner, Runs
+from conrod.report.findings import Findings, text_of_call
+from conrod.studies.versions.report import KIND
+from conrod.studies.versions.study import VersionStudy, release_cases, versions_study
+
+DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
+
+
+def versions(
+    engine: str, scenes: Scenes = (), *, releases: str | Sequence[str] | None = None, runs: Runs | None = None
+) -> Findings[VersionStudy]:
+    """Run the same cases in several releases of an engine, each installed once in a separate environment.
+
+    Args:
+        engine: by name.
+        scenes: as of `validate`; five of different kinds where none is given.
+        releases: such as ("3.6.0", "3.7.0"); all that conrod knows where none is given.
+        runs: where runs are made and kept.
+
+    Raises:
+        InvalidInput: an argument cannot be used, or no release can be installed.
+    """
+    runs, made = runs or Runs(), engine_named(engine)
+    if runs.cluster is not None:
+        raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
+    chosen = require_capability(made, KnownReleases).releases.select_versions(
+        None if releases is None else ",".join(as_names(releases))
+    )
+    cases = release_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
+    with Runner.open(runs) as runner:
+        study = versions_study(made, chosen, cases, runner.run_in_release)
+    return Findings(KIND, {engine: study}, text_of_call("versions", engine, releases=releases))

@@ -1,0 +1,1 @@
+"""The verification report: findings of several studies on one machine, put together."""
