@@ -23,7 +23,7 @@ from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
 from conrod.execution.case import Study
 from conrod.execution.files import folder_to_write
-from conrod.execution.result import case_results
+from conrod.execution.result import Plan, case_results
 from conrod.execution.runner import Runner, Runs
 from conrod.execution.writing import Batch, write_together
 from conrod.report import numbers
@@ -33,7 +33,6 @@ from conrod.report.results import engine_and_preset
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
-from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import DefectVerdict, ValidationResult
 
 # Healthy machines of each of the scenes, of the catalogue, and of those with a cam, whose runs take 100 times as long.

@@ -12,9 +12,9 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
-from conrod.execution.result import EngineCase
+from conrod.execution.result import EngineCase, Plan
 from conrod.scenes import Scene
-from conrod.studies.validation.plan import Plan, empty_result, prepare_run
+from conrod.studies.validation.plan import empty_result, prepare_run
 from conrod.studies.validation.results import ValidationResult
 
 PARAMETERS, SPEEDS = 0.2, math.log(5.0)  # largest change of a parameter, of the logarithm of the speed

@@ -7,7 +7,9 @@ print(found.passed, found.verdict)
 found.write("reports/saw")
 """
 
-# Nothing is imported here, not even from __future__: the working folder may still be searched, see `__main__`.
+# No library is imported here, not even __future__: the working folder may still be searched, see `__main__`.
+from conrod.slices import SLICES
+
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from conrod.comparison.compare import Comparison as Comparison
@@ -61,41 +63,26 @@ ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THRE
 
 # Public names by the module they live in: loaded on first use, so that `conrod --help` loads neither engine nor numpy.
 _PUBLIC = {
-    "conrod.studies.ablate.api": ("ablate",),
-    "conrod.models.printed.api": ("audit",),
-    "conrod.models.check.dispatch": ("check",),
-    "conrod.models.check.api": ("check_model",),
-    "conrod.models.tables.api": ("check_table",),
-    "conrod.models.fmu.api": ("check_fmu",),
-    "conrod.models.export.api": ("export",),
-    "conrod.studies.forces.api": ("forces",),
-    "conrod.studies.free_motion.api": ("free_motion",),
-    "conrod.models.invariances.api": ("invariances",),
-    "conrod.studies.limits.api": ("limits",),
-    "conrod.models.loops.api": ("check_loops",),
-    "conrod.models.harden.api": ("harden",),
-    "conrod.models.lint.api": ("lint",),
-    "conrod.studies.sweep.api": ("recommend", "sweep"),
-    "conrod.studies.validation.api": ("validate",),
-    "conrod.studies.versions.api": ("versions",),
+    "conrod.comparison.compare": ("Comparison", "compare"),
+    "conrod.comparison.trajectory": ("Outcome", "Trajectory"),
     "conrod.engines.mujoco": ("MuJoCoSettings",),
     "conrod.engines.pymunk": ("PymunkSettings",),
     "conrod.engines.run": ("run",),
     "conrod.errors": ("InvalidInput",),
-    "conrod.exact.kinematics": ("Kinematics",),
     "conrod.exact": ("GenericReference",),
-    "conrod.mechanism.mechanism": ("Mechanism",),
-    "conrod.report.findings": ("Findings",),
-    "conrod.execution.runner": ("Runs",),
-    "conrod.comparison.compare": ("Comparison", "compare"),
-    "conrod.comparison.trajectory": ("Outcome", "Trajectory"),
-    "conrod.scenes": ("SCENES", "CamFollower", "Saw", "Scene", "ShearPress"),
+    "conrod.exact.kinematics": ("Kinematics",),
     "conrod.execution.baseline": ("BaselineComparison", "Drift"),
     "conrod.execution.resolve_arguments": ("scene",),
+    "conrod.execution.runner": ("Runs",),
+    "conrod.mechanism.mechanism": ("Mechanism",),
+    "conrod.report.findings": ("Findings",),
+    "conrod.scenes": ("SCENES", "CamFollower", "Saw", "Scene", "ShearPress"),
 }
 _HOMES: dict[str, str] = {}
 for _module, _names in _PUBLIC.items():
     _HOMES |= dict.fromkeys(_names, _module)
+for _slice in SLICES:
+    _HOMES |= {_name: f"{_slice.package}.{_module}" for _name, _module in _slice.functions.items()}
 
 __all__ = ["__version__"]
 __all__ += list(_HOMES)

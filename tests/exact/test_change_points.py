@@ -17,8 +17,9 @@ from conrod.errors import InvalidInput
 from conrod.exact import branch_tracking as smooth_course
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
+from conrod.execution.result import Plan
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
-from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.plan import validate_dynamic
 
 PARALLELOGRAM, DOUBLE_ROCKER = CATALOGUE / "parallelogram.toml", CATALOGUE / "double-rocker.toml"
 START, CRANK, GROUND = math.radians(60.0), 0.1, 0.25

@@ -27,8 +27,9 @@ from conrod.comparison.trajectory import Piece
 from conrod.engines import engine_named
 from conrod.engines.engine import Engine
 from conrod.engines.run import run_in_one_piece
+from conrod.execution.result import Plan
 from conrod.execution.run import RunCase, measure
-from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.plan import validate_dynamic
 
 NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
 COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 65_536, 70_001)
@@ -163,7 +164,7 @@ from pathlib import Path
 from conrod.engines import engine_named
 from conrod.scenes import SCENES
 from conrod.execution.run import RunCase
-from conrod.studies.validation.plan import Plan
+from conrod.execution.result import Plan
 from conrod.studies.validation.study import ValidationCase
 scene, (kind, engine, steps, turns) = SCENES["saw-500rpm"], sys.argv[1:]
 preset = engine_named(engine).presets["tuned"]

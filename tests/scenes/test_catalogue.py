@@ -14,6 +14,7 @@ import pytest
 from conrod.engines import ENGINES, engine_named
 from conrod.errors import InvalidInput
 from conrod.execution.resolve_arguments import arguments_of_files, select_scene, select_scenes
+from conrod.execution.result import Plan
 from conrod.scenes import (
     CHAIN,
     SCENES,
@@ -24,7 +25,6 @@ from conrod.scenes import (
     dynamics_names,
     scene_named,
 )
-from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.study import validate_kinematic, validation_study
 
 NAMES = catalogue_names()

@@ -13,6 +13,7 @@ from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.mujoco import MuJoCoSettings, dynamics, exchanged_inertia
 from conrod.engines.numerics import phase_bound
+from conrod.execution.result import Plan
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.detection.defects import MOTION_DEFECTS, Recording
 from conrod.studies.detection.qualification import (
@@ -22,7 +23,7 @@ from conrod.studies.detection.qualification import (
     motion_judge,
     smallest_noticed_size,
 )
-from conrod.studies.validation.plan import Plan, prepare_run
+from conrod.studies.validation.plan import prepare_run
 
 SAW = SCENES["saw-500rpm"]
 CHEAP = Plan(250, 0.5)

@@ -18,13 +18,12 @@ from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import Array
 from conrod.execution.case import QUANTITIES, Measurement, identity_digest, pursue
-from conrod.execution.result import AS_ASKED, presets_study, refinement_path, run_refinement_path
+from conrod.execution.result import AS_ASKED, Plan, presets_study, refinement_path, run_refinement_path
 from conrod.execution.run import RunCase
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
-from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult
 from conrod.studies.validation.study import ValidationCase, validate_kinematic
 

@@ -22,7 +22,7 @@ from conrod.exact.branch_tracking import BranchTracker
 from conrod.exact.equations import Equations
 from conrod.execution.case import QUANTITIES, contradictions
 from conrod.execution.prediction import Prediction, reference_misfit
-from conrod.execution.result import misfit_words
+from conrod.execution.result import Plan, misfit_words
 from conrod.execution.run import MIN_PASS_STEPS
 from conrod.models.check import report as user_model
 from conrod.models.check.results import OWN
@@ -31,7 +31,7 @@ from conrod.report.results import summary_words, verdict_words
 from conrod.scenes import SCENES, catalogue_scene, scene_named
 from conrod.scenes.saw import Saw
 from conrod.studies.forces.study import ForcePlan, validate_forces
-from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.plan import validate_dynamic
 from conrod.studies.validation.study import validate_kinematic
 
 SAW = SCENES["saw-500rpm"]

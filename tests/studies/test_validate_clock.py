@@ -13,8 +13,9 @@ from planted_engine import LawfulEngine
 from conrod.engines import engine_named
 from conrod.engines.mujoco import dynamics as mujoco
 from conrod.engines.pymunk import dynamics as pymunk
+from conrod.execution.result import Plan
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.validation.plan import Plan, validate_dynamic
+from conrod.studies.validation.plan import validate_dynamic
 from conrod.studies.validation.results import ValidationResult
 
 SAW = SCENES["saw-40rpm"]

@@ -19,7 +19,7 @@ import subprocess
 import sys
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -112,9 +112,14 @@ def _forget_survivors(copy: Path) -> None:
 
 def _mutated_files(root: Path) -> list[str]:
     """Files that mutants are planted in, by the patterns of pyproject.toml."""
-    asked = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mutmut"]["only_mutate"]
+    asked = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mutmut"]
+    left_out = asked.get("do_not_mutate", [])
     files = sorted(str(file.relative_to(root)) for file in (root / "src").rglob("*.py"))
-    return [name for name in files if any(fnmatch.fnmatch(name, pattern) for pattern in asked)]
+    return [name for name in files if _matches(name, asked["only_mutate"]) and not _matches(name, left_out)]
+
+
+def _matches(name: str, patterns: Iterable[str]) -> bool:
+    return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
 
 
 def mutants_of(copy: Path, name: str) -> tuple[list[str], dict[str, str]]:

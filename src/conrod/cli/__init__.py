@@ -19,33 +19,24 @@ from conrod import ONE_THREAD, SAFE_PATH
 from conrod.crash import INTERRUPTED, USAGE, OutputClosed, discard_output, out_of_memory
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import one_line, visible_text
+from conrod.slices import SLICES
 
 FAILED = 1  # exit status: out of tolerance, and nothing else
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
-# In the order of a first look: each with the line that `conrod --help` shows, so that it need load none of them.
-VERBS = {
-    "show": "List what there is, one line each; or describe one SCENE.",
-    "validate": "Compare engines with the exact motion of scenes.",
-    "forces": "Compare the forces that engines report with the exact ones.",
-    "free": "Compare motion without a drive with the equations of motion.",
-    "check": "Judge your own model, FMU or table by an exact motion.",
-    "invariances": "Change what must not matter in a model.",
-    "sweep": "Measure the trade of speed for accuracy over many settings.",
-    "recommend": "Find the cheapest settings within tolerances, ready to paste.",
-    "limits": "Find where each engine stops being trustworthy, and how.",
-    "ablate": "Measure what each ingredient of a model costs and changes.",
+# Verbs that no slice adds, with the line that `conrod --help` shows, and the module of each.
+FIRST_VERBS = {"show": "List what there is, one line each; or describe one SCENE."}
+LAST_VERBS = {
     "engines": "List the engines, what each can do, and where it comes from.",
-    "versions": "Measure what each release of an engine changed.",
-    "audit": "Check published figures of a textbook: a verdict for each.",
-    "lint": "Find what a MuJoCo model has in excess, and what makes it fail.",
-    "harden": "Make the closed loops of a MuJoCo model stay closed.",
     "report": "Render a folder's reports again from their own JSON.",
     "results": "Write the ledger of all runs as a table.",
-    "export": "Write a scene's model, its exact motion, or a pack for others.",
 }
-MODULE_OF_VERB = {"recommend": "sweep", "engines": "show", "results": "report"}  # verbs in the module of another one
+VERBS = FIRST_VERBS | {verb: text for one in SLICES for verb, text in one.verbs.items()} | LAST_VERBS
+MODULE_OF_VERB = {verb: f"{one.package}.verb" for one in SLICES for verb in one.verbs} | {
+    "show": "conrod.cli.show", "engines": "conrod.cli.show", "report": "conrod.cli.report",
+    "results": "conrod.cli.report",
+}  # fmt: skip
 
 
 @contextmanager
@@ -58,7 +49,7 @@ def _raise_output_closed() -> Iterator[None]:
 
 
 class Verbs(click.Group):
-    """A group whose commands are imported when they are called, from modules of their names or of a neighbour."""
+    """A group whose commands are imported when they are called."""
 
     def make_context(self, *arguments: Any, **more: Any) -> click.Context:
         with _raise_output_closed():
@@ -76,9 +67,7 @@ class Verbs(click.Group):
             if ctx.resilient_parsing:
                 return None  # a shell that completes a line asks, and wants no error
             raise unknown_choice("command", cmd_name, VERBS)
-        command: click.Command = getattr(
-            import_module(f"conrod.cli.{MODULE_OF_VERB.get(cmd_name, cmd_name)}"), cmd_name
-        )
+        command: click.Command = getattr(import_module(MODULE_OF_VERB[cmd_name]), cmd_name)
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -22,7 +22,7 @@ def scenes(context: click.Context, parameter: click.Parameter, begun: str) -> li
     names = [*SCENES, *catalogue_names(), *dynamics_names(), CATALOGUE]
     if context.info_name in ("validate", "export", "check"):
         names += [*MACHINES, SPATIAL] if context.info_name == "validate" else MACHINES
-    return [*_matching(names, begun), *_files(begun, (".toml",))]
+    return [*matching_names(names, begun), *_files(begun, (".toml",))]
 
 
 def engines(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -30,7 +30,7 @@ def engines(context: click.Context, parameter: click.Parameter, begun: str) -> l
     from conrod.engines import OPTIONAL_ENGINES, engine_names
     from conrod.execution.resolve_arguments import ALL_ENGINES
 
-    return _matching([*engine_names(), *OPTIONAL_ENGINES, ALL_ENGINES], begun)
+    return matching_names([*engine_names(), *OPTIONAL_ENGINES, ALL_ENGINES], begun)
 
 
 def presets(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -38,14 +38,7 @@ def presets(context: click.Context, parameter: click.Parameter, begun: str) -> l
     from conrod.engines import engine_names, presets_of
 
     asked = context.params.get("engine") or engine_names()
-    return _matching(dict.fromkeys(name for engine in asked for name in presets_of(engine)), begun)
-
-
-def axes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
-    """Axes and pairs of axes of `conrod limits`."""
-    from conrod.studies.limits.plan import SEARCHES
-
-    return _matching(SEARCHES, begun)
+    return matching_names(dict.fromkeys(name for engine in asked for name in presets_of(engine)), begun)
 
 
 def models_or_scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
@@ -62,7 +55,8 @@ def files_with(endings: Sequence[str]) -> Completer:
     return files
 
 
-def _matching(names: Iterable[str], begun: str) -> list[CompletionItem]:
+def matching_names(names: Iterable[str], begun: str) -> list[CompletionItem]:
+    """Return the names that begin as typed."""
     return [CompletionItem(name) for name in names if name.startswith(begun)]
 
 

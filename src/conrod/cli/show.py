@@ -85,7 +85,7 @@ def engines() -> None:
     Other packages bring engines by an entry point of the group `conrod.engines` (docs/engines.md). One that cannot be
     loaded is named with the reason, and keeps nothing else from running.
     """
-    import conrod.studies  # noqa: F401  has engines of other packages in processes of their own
+    import conrod.execution  # noqa: F401  has engines of other packages in processes of their own
     from conrod.engines import OPTIONAL_ENGINES, loadable_engines
     from conrod.report.terminal import print_parts, verdict_line
 

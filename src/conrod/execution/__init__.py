@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from conrod import engines
+import conrod.engines
 
 
 def _load_hosted(name: str) -> Any:
@@ -12,4 +12,4 @@ def _load_hosted(name: str) -> Any:
 
 
 # A process that pursues studies runs engines of other packages in separate processes; a worker loads them itself.
-engines.load_plugin = _load_hosted
+conrod.engines.load_plugin = _load_hosted

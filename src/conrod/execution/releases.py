@@ -22,6 +22,7 @@ from typing import Any
 
 import platformdirs
 
+from conrod.comparison.fingerprint import Fingerprint
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
@@ -29,7 +30,6 @@ from conrod.execution.case import Measurement
 from conrod.execution.run import RunCase, measure
 from conrod.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
 from conrod.execution.writing import ROOT_UID, real_path
-from conrod.studies.limits.recorders import Fingerprint
 
 INSTALL_TIMEOUT = 600.0  # [s] for a command of an installation
 IMPORT_TIMEOUT = 120.0  # [s] for the import of an engine

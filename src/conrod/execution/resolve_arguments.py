@@ -9,10 +9,10 @@ from typing import Any, TypeAlias
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.execution.result import Plan
 from conrod.mechanism.units import check_count, check_number, parse_quantity, unit_in_prose
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
-from conrod.studies.validation.plan import Plan
 
 MECHANISM_FILE = ".toml"
 ALL_ENGINES = "all"

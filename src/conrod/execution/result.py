@@ -11,7 +11,8 @@ from typing import Any, ClassVar, Generic, Self, TypeVar
 from conrod.comparison.plain_values import plain_values, restore
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine, engine_named
-from conrod.engines.engine import run_extent
+from conrod.engines.engine import Preset, default_steps, run_extent
+from conrod.errors import InvalidInput
 from conrod.execution.case import MEASURES, RESULT_VERSION, Case, Measurement, Study, contradictions
 from conrod.execution.prediction import POINTS_PREFIX
 from conrod.execution.run import MIN_PASS_STEPS
@@ -138,6 +139,51 @@ def refinement_path(scene: Scene, steps: int) -> tuple[int, ...]:
     """Steps per revolution at which the order is observed."""
     divisors = CONTACT_DIVISORS if scene.kinematics.mechanism.cam_contacts else LINKAGE_DIVISORS
     return tuple(dict.fromkeys(max(2, round(steps / d)) for d in divisors))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Plan of the runs of a study at constant crank speed.
+
+    Attributes:
+        steps_per_revolution: steps per revolution of the crank; None for the scene's default.
+        revolutions: revolutions of the judged run; a scene with a span makes one pass instead.
+        tolerance: overrides of the derived tolerances, by quantity.
+    """
+
+    steps_per_revolution: int | None = None
+    revolutions: float = 2.0
+    tolerance: Mapping[str, float] | None = None
+
+    def steps(self, scene: Scene) -> int:
+        """Return the steps per revolution for a scene."""
+        return self.steps_per_revolution or default_steps(scene)
+
+    def key_fields(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
+        """Return the plain values of a case's key that describe the runs of a preset.
+
+        Args:
+            refined: whether the runs of the refinement path count, too.
+        """
+        steps = self.steps(scene)
+        path = refinement_path(scene, steps) if refined else ()
+        settings = [preset(scene, n).as_dict() for n in (steps, *path)]
+        return {"settings": settings[0], "refined": settings[1:], "revolutions": self.revolutions, "start_angle": 0.0}
+
+    def extent(self, scene: Scene) -> tuple[float, float]:
+        """Return start angle [rad] and revolutions of the judged run.
+
+        Raises:
+            InvalidInput: a pass with fewer than `MIN_PASS_STEPS` steps.
+        """
+        steps = self.steps(scene)
+        start, revolutions = run_extent(scene, steps, self.revolutions)
+        count = round(steps * revolutions)
+        if scene.kinematics.mechanism.driver.span is not None and count < MIN_PASS_STEPS:
+            raise InvalidInput(
+                f"{steps} steps per revolution are {count} of the pass: at least {MIN_PASS_STEPS} are run"
+            )
+        return start, revolutions
 
 
 def run_refinement_path(

@@ -139,18 +139,6 @@ def load_model(path: Path) -> mujoco.MjModel:
             raise InvalidInput(f"{path}: MuJoCo cannot load it: {' '.join(str(error).split())}") from None
 
 
-def save_model(model: object, path: Path) -> None:
-    """Write an MjModel or MjSpec as a binary file; raises InvalidInput for anything else."""
-    if isinstance(model, mujoco.MjSpec):
-        model = model.compile()
-    if not isinstance(model, mujoco.MjModel):
-        raise InvalidInput(
-            f"a {type(model).__name__} cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data "
-            "frame or a mapping of numpy arrays"
-        )
-    mujoco.mj_saveModel(model, str(path))
-
-
 def element_id(model: mujoco.MjModel, kind: str, name: str) -> int:
     """Index of a named element of a kind, as in `names_of`.
 

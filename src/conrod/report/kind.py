@@ -3,8 +3,8 @@
 To add a kind: findings, a frozen dataclass of plain values, arrays, scenes, enums and further dataclasses; templates
 `NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, which have all prose and call a
 module for tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `KIND = Kind(...)`, such as
-`studies/free_motion/report.py`; a line in `KINDS`. A verb calls `ReportFolder.check` before any work and writes with
-`report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
+`studies/free_motion/report.py`; a line in `slices.py`. A verb calls `ReportFolder.check` before any work and writes
+with `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
 conrod, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` names the files that the
@@ -24,6 +24,7 @@ from conrod.errors import unknown_choice
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart as Printed
 from conrod.scenes import CATALOGUE, SCENES, catalogue_names
+from conrod.slices import SLICES
 
 if TYPE_CHECKING:
     from conrod.report.template import Page
@@ -32,21 +33,7 @@ F = TypeVar("F")
 SCENE = "{scene}"  # placeholder of the scenes in a command
 
 # Modules by the name of their `KIND`, imported when a folder has a report of that kind. An application may add some.
-KINDS: dict[str, str] = {
-    "ablate": "conrod.studies.ablate.report",
-    "printed-values": "conrod.models.printed.report",
-    "trajectory": "conrod.models.tables.report",
-    "forces": "conrod.studies.forces.report",
-    "invariances": "conrod.models.invariances.report",
-    "limits": "conrod.studies.limits.report",
-    "loops": "conrod.models.loops.report",
-    "model": "conrod.models.check.report",
-    "motion": "conrod.studies.free_motion.report",
-    "validation": "conrod.studies.validation.report",
-    "recommendation": "conrod.studies.sweep.recommendation_report",
-    "sweep": "conrod.studies.sweep.report",
-    "versions": "conrod.studies.versions.report",
-}
+KINDS: dict[str, str] = {kind: f"{one.package}.{module}" for one in SLICES for kind, module in one.reports.items()}
 
 
 @dataclass(frozen=True)

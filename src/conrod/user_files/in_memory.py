@@ -24,13 +24,25 @@ def file_of_model(model: Model) -> Iterator[tuple[Path, str | None]]:
     if isinstance(model, str | Path):
         yield Path(model), None
         return
-    from conrod.mjcf.loading import save_model
-
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, "model.mjb")
         with _name_in_errors(path, "the model"):
-            save_model(model, path)
+            _save_model(model, path)
             yield path, "the model"
+
+
+def _save_model(model: object, path: Path) -> None:
+    """Write an MjModel or MjSpec as a binary file; raises InvalidInput for anything else."""
+    import mujoco  # loaded late: a table in memory needs none
+
+    if isinstance(model, mujoco.MjSpec):
+        model = model.compile()
+    if not isinstance(model, mujoco.MjModel):
+        raise InvalidInput(
+            f"a {type(model).__name__} cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data "
+            "frame or a mapping of numpy arrays"
+        )
+    mujoco.mj_saveModel(model, str(path))
 
 
 @contextmanager

@@ -22,6 +22,8 @@ RELEASE = tuple(map(int, re.findall(r"\d+", mujoco.__version__)))
 AUTORESET_FLAG, SITE_EQUALITIES, ROLLOUT_DATA_LISTS = (3, 2, 1), (3, 2, 5), (3, 2, 7)
 # First release whose `connect` has the term dJ/dt v, without which loops do not keep their error law.
 CONNECT_JACOBIAN_RATE = (3, 7, 0)
+# Whether this release keeps loops within the error law; else loops are measured, not judged.
+CLOSURES_ARE_BOUNDED = RELEASE >= CONNECT_JACOBIAN_RATE
 UNBOUNDED_REASON = (
     "MuJoCo before 3.7.0 leaves the rate of the Jacobian out of `connect`: errors of a loop have no bound"
 )
@@ -35,11 +37,6 @@ def missing_feature(settings: MuJoCoSettings) -> str | None:
     if first > RELEASE:
         return f"the integrator {settings.integrator} is there from MuJoCo {'.'.join(map(str, first))} on"
     return None
-
-
-def closures_are_bounded() -> bool:
-    """Return True if this release keeps loops within the error law; else loops are measured, not judged."""
-    return RELEASE >= CONNECT_JACOBIAN_RATE
 
 
 def resets_by_itself(settings: MuJoCoSettings) -> bool:

@@ -147,7 +147,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     version = str(mujoco.__version__)
     presets = (
         MUJOCO_PRESETS
-        if compat.closures_are_bounded()
+        if compat.CLOSURES_ARE_BOUNDED
         else {name: without_loop_judgement(one) for name, one in MUJOCO_PRESETS.items()}
     )
     run = staticmethod(dynamics.run)

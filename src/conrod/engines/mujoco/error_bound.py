@@ -251,7 +251,7 @@ def expected_error(machine: Machine, settings: MuJoCoSettings, start_angle: floa
 
     The drive is a flywheel, whose rate varies by the energy that the crank exchanges with the links over its own.
     """
-    if not machine.kinematics.mechanism.cam_contacts and not compat.closures_are_bounded():
+    if not machine.kinematics.mechanism.cam_contacts and not compat.CLOSURES_ARE_BOUNDED:
         return ExpectedError(law=compat.UNBOUNDED_REASON)
     bounds = _error_without_ripple(machine, settings, start_angle)
     return replace(bounds, ripple=speed_ripple_bound(machine, settings.armature)) if settings.armature > 0.0 else bounds

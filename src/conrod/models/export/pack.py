@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import shlex
+import sys
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -76,7 +77,8 @@ def _readme(name: str, scene: Scene, samples: int) -> str:
     mechanism = scene.mechanism()
     lengths = [(point, numbers.quantity(1e3 * length, 9)) for point, length in scene.lengths.items()]
     return page(
-        "pack", name=name, scene=scene, mechanism=mechanism, description=scene_description(scene), samples=samples,
+        "pack", sys.modules[__name__], name=name, scene=scene, mechanism=mechanism,
+        description=scene_description(scene), samples=samples,
         drive=_drive_words(scene), one_pass=mechanism.driver.span is not None, command=_command(name, scene),
         sense="counter-clockwise" if mechanism.driver.sense * scene.speed > 0 else "clockwise",
         lengths=table(("point", "L [mm]"), lengths), parameters=parameters_table(scene),

@@ -17,14 +17,14 @@ from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.execution.case import Study
-from conrod.execution.result import EngineCase, Result, case_results
+from conrod.execution.result import EngineCase, Plan, Result, case_results
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS_DEFECT, MOTION_DEFECTS, Defect, DefectFunction, Recording
 from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, force_peaks
 from conrod.studies.forces.mass_likeness import mass_likenesses, visible_properties
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, record_forces
-from conrod.studies.validation.plan import Plan, empty_result, prepare_run
+from conrod.studies.validation.plan import empty_result, prepare_run
 from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 
 SIZE_RATIO = 1.1  # resolution of the smallest noticed size

@@ -12,7 +12,7 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import ExpectedForces, ForceLaw, ForceReport, MissingCapability, capability
 from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.execution.prediction import reference_misfit
-from conrod.execution.result import EngineCase, run_refinement_path
+from conrod.execution.result import EngineCase, Plan, run_refinement_path
 from conrod.scenes import Scene
 from conrod.studies.forces.force_errors import (
     ExpectedForceErrors,
@@ -23,7 +23,6 @@ from conrod.studies.forces.force_errors import (
 )
 from conrod.studies.forces.mass_likeness import mass_likenesses
 from conrod.studies.forces.results import GROUPS, ForceErrors, ForcePoint, ForceResult
-from conrod.studies.validation.plan import Plan
 
 NO_CONTACT_REASON = "no joint of the machine acts by contact"
 

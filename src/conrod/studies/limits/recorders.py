@@ -1,59 +1,17 @@
-"""Recorders of a run in pieces: fingerprint, exact drive torque, flights of a follower."""
+"""Recorders of a run in pieces: exact drive torque, flights of a follower."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
-from conrod.comparison.trajectory import Trajectory
 from conrod.exact.dynamics import load_forces
 from conrod.exact.equations import inertia_forces
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.studies.limits.records import Flight
-
-
-class Fingerprint:
-    """Hash of all samples of a run, independent of how it is cut into pieces.
-
-    Positions, velocities and accelerations may have different instants, so each quantity is hashed separately.
-    """
-
-    def __init__(self) -> None:
-        self._hashes: dict[str, hashlib._Hash] = {}
-
-    def add(self, trajectory: Trajectory) -> None:
-        """Add the next piece of a run."""
-        for name, values in recorded_series(trajectory):
-            self._hashes.setdefault(name, hashlib.sha256()).update(np.ascontiguousarray(values).data)
-
-    def digest(self) -> str:
-        """Return the hash of all quantities, 64 hexadecimal digits."""
-        whole = hashlib.sha256()
-        for name in sorted(self._hashes):
-            whole.update(name.encode() + self._hashes[name].digest())
-        return whole.hexdigest()
-
-    def digests(self) -> dict[str, str]:
-        """Return the hash of each quantity by name, 16 hexadecimal digits."""
-        return {name: found.hexdigest()[:16] for name, found in self._hashes.items()}
-
-
-def recorded_series(trajectory: Trajectory) -> Iterator[tuple[str, Array]]:
-    """Yield names and series: poses and rates of the bodies, motion of the points."""
-    assert trajectory.bodies is not None
-    states = trajectory.bodies.position
-    yield "bodies position", states.poses
-    yield "bodies rate", states.rates
-    for name, tracks in trajectory.points.items():
-        yield f"{name} position", tracks.position.values
-        yield f"{name} velocity", tracks.velocity.values
-        yield f"{name} acceleration", tracks.acceleration.values
-
 
 PEAK_SAMPLES = 3600  # of a turn
 # Largest torque that counts as none, as a share of M (travel * speed)^2 with the mass M of all bodies.

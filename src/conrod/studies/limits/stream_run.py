@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from conrod.comparison.compare import Stretch
+from conrod.comparison.fingerprint import Fingerprint, recorded_series
 from conrod.comparison.outcome import RunVerdict, joint_gaps
 from conrod.comparison.plain_values import plain_values
 from conrod.comparison.run_errors import RunErrors
@@ -18,7 +19,7 @@ from conrod.errors import InvalidInput
 from conrod.execution.case import Measurement, contradictions
 from conrod.execution.prediction import Prediction
 from conrod.execution.run import MIN_PASS_STEPS, PREDICTED_SAMPLES_PER_TURN, clamp_to_span, unsupported_measurement
-from conrod.studies.limits.recorders import DEPTH_REVOLUTIONS, ExactTorque, Fingerprint, FlightRecorder, recorded_series
+from conrod.studies.limits.recorders import DEPTH_REVOLUTIONS, ExactTorque, FlightRecorder
 from conrod.studies.limits.records import Extremes
 
 if TYPE_CHECKING:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import click
+from click.shell_completion import CompletionItem
 
 from conrod.cli import completion, options
 from conrod.cli.options import StudyOptions, option
@@ -12,6 +13,13 @@ from conrod.errors import InvalidInput
 from conrod.mechanism.units import parse_quantity
 
 SEPARATOR = ".."
+
+
+def complete_axes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+    """Complete names of axes and pairs of axes."""
+    from conrod.studies.limits.plan import SEARCHES
+
+    return completion.matching_names(SEARCHES, begun)
 
 
 @dataclass(frozen=True)
@@ -22,7 +30,7 @@ class LimitsOptions(StudyOptions):
         "--axis",
         multiple=True,
         metavar="AXIS",
-        shell_complete=completion.axes,
+        shell_complete=complete_axes,
         help="One axis or pair of docs/limits.md, again for others [all].",
     )
     span: str | None = option("--range", metavar="FROM..TO", help="Other ends of the one axis, e.g. 200..2.")

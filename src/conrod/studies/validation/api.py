@@ -20,10 +20,10 @@ from conrod.execution.resolve_arguments import (
     scenes_by_name,
     select_presets,
 )
+from conrod.execution.result import Plan
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
-from conrod.studies.validation.plan import Plan
 from conrod.studies.validation.report import KIND
 from conrod.studies.validation.results import SceneStudy
 from conrod.studies.validation.study import validation_study

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,15 +16,12 @@ from conrod.comparison.run_errors import DrawnCurve, PointSizes, RunErrors
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
-from conrod.engines.engine import Preset, default_steps, run_extent
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.run import run_with_recorders
-from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.execution.case import QUANTITIES
 from conrod.execution.prediction import Prediction, merged_misfit, reference_misfit
-from conrod.execution.result import refinement_path, run_refinement_path
-from conrod.execution.run import MIN_PASS_STEPS
+from conrod.execution.result import Plan, run_refinement_path
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
 
@@ -34,51 +30,6 @@ CLOCK_ERROR_LAW = "phase: rounding, steps x eps x angle; total: position's and |
 RIPPLE_ERROR_LAW = CLOCK_ERROR_LAW.replace(
     ";", ", and the drive's ripple, energy exchanged / (flywheel ω²), of every turn;"
 )
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Plan of the runs of a study at constant crank speed.
-
-    Attributes:
-        steps_per_revolution: steps per revolution of the crank; None for the scene's default.
-        revolutions: revolutions of the judged run; a scene with a span makes one pass instead.
-        tolerance: overrides of the derived tolerances, by quantity.
-    """
-
-    steps_per_revolution: int | None = None
-    revolutions: float = 2.0
-    tolerance: Mapping[str, float] | None = None
-
-    def steps(self, scene: Scene) -> int:
-        """Return the steps per revolution for a scene."""
-        return self.steps_per_revolution or default_steps(scene)
-
-    def key_fields(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
-        """Return the plain values of a case's key that describe the runs of a preset.
-
-        Args:
-            refined: whether the runs of the refinement path count, too.
-        """
-        steps = self.steps(scene)
-        path = refinement_path(scene, steps) if refined else ()
-        settings = [preset(scene, n).as_dict() for n in (steps, *path)]
-        return {"settings": settings[0], "refined": settings[1:], "revolutions": self.revolutions, "start_angle": 0.0}
-
-    def extent(self, scene: Scene) -> tuple[float, float]:
-        """Return start angle [rad] and revolutions of the judged run.
-
-        Raises:
-            InvalidInput: a pass with fewer than `MIN_PASS_STEPS` steps.
-        """
-        steps = self.steps(scene)
-        start, revolutions = run_extent(scene, steps, self.revolutions)
-        count = round(steps * revolutions)
-        if scene.kinematics.mechanism.driver.span is not None and count < MIN_PASS_STEPS:
-            raise InvalidInput(
-                f"{steps} steps per revolution are {count} of the pass: at least {MIN_PASS_STEPS} are run"
-            )
-        return start, revolutions
 
 
 def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> ValidationResult:

@@ -19,9 +19,9 @@ from conrod.engines.engine import default_steps, judged_preset
 from conrod.engines.numerics import NEAR_CHANGE_POINT
 from conrod.execution.case import Study
 from conrod.execution.prediction import merged_misfit, reference_misfit, solved_misfit
-from conrod.execution.result import EngineCase, presets_study
+from conrod.execution.result import EngineCase, Plan, presets_study
 from conrod.scenes import Scene
-from conrod.studies.validation.plan import Plan, empty_result, validate_dynamic
+from conrod.studies.validation.plan import empty_result, validate_dynamic
 from conrod.studies.validation.results import SceneStudy, Tolerance, ValidationResult
 
 # A model is right if its joints, solved by the engine, give the exact poses to rounding; over L and omega L.

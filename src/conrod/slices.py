@@ -1,0 +1,127 @@
+"""The features of conrod: each is a folder, and one entry here that says what it adds.
+
+To add a feature, write its folder and its entry; to drop one, delete both. A folder has a function that users call
+(`api.py`), a verb of the command line (`verb.py`), what is run and found, and its report with templates.
+`conrod.validate` and `conrod.check_model` are required; the rest of conrod does without any of the others.
+"""
+
+# Nothing is imported here, see `conrod/__init__.py`.
+
+
+class Slice:
+    """A feature: its folder, and what it adds.
+
+    Args:
+        folder: package, below `conrod`.
+        verbs: help of each verb, in a line; a verb is a function of the folder's `verb.py`.
+        functions: public functions, each with the module that it is in.
+        reports: kinds of reports, each with the module that has its `KIND`.
+        uses: other slices that it is built on.
+    """
+
+    def __init__(
+        self,
+        folder: str,
+        *,
+        verbs: dict[str, str] | None = None,
+        functions: dict[str, str] | None = None,
+        reports: dict[str, str] | None = None,
+        uses: tuple[str, ...] = (),
+    ) -> None:
+        self.folder = folder
+        self.package = f"conrod.{folder}"
+        self.verbs = verbs or {}
+        self.functions = functions or {}
+        self.reports = reports or {}
+        self.uses = uses
+
+
+REQUIRED = ("studies.validation", "models.check")
+
+# In the order of a first look at `conrod --help`.
+SLICES = (
+    Slice(
+        "studies.validation",
+        verbs={"validate": "Compare engines with the exact motion of scenes."},
+        functions={"validate": "api"},
+        reports={"validation": "report"},
+    ),
+    Slice("studies.detection", uses=("studies.validation", "studies.forces")),
+    Slice(
+        "studies.forces",
+        verbs={"forces": "Compare the forces that engines report with the exact ones."},
+        functions={"forces": "api"},
+        reports={"forces": "report"},
+    ),
+    Slice(
+        "studies.free_motion",
+        verbs={"free": "Compare motion without a drive with the equations of motion."},
+        functions={"free_motion": "api"},
+        reports={"motion": "report"},
+    ),
+    Slice(
+        "models.check",
+        verbs={"check": "Judge your own model, FMU or table by an exact motion."},
+        functions={"check": "dispatch", "check_model": "api"},
+        reports={"model": "report"},
+        uses=("studies.validation",),
+    ),
+    Slice("models.tables", functions={"check_table": "api"}, reports={"trajectory": "report"}),
+    Slice("models.fmu", functions={"check_fmu": "api"}, uses=("models.tables",)),
+    Slice("models.loops", functions={"check_loops": "api"}, reports={"loops": "report"}),
+    Slice(
+        "models.invariances",
+        verbs={"invariances": "Change what must not matter in a model."},
+        functions={"invariances": "api"},
+        reports={"invariances": "report"},
+    ),
+    Slice(
+        "studies.sweep",
+        verbs={
+            "sweep": "Measure the trade of speed for accuracy over many settings.",
+            "recommend": "Find the cheapest settings within tolerances, ready to paste.",
+        },
+        functions={"sweep": "api", "recommend": "api"},
+        reports={"sweep": "report", "recommendation": "recommendation_report"},
+    ),
+    Slice(
+        "studies.limits",
+        verbs={"limits": "Find where each engine stops being trustworthy, and how."},
+        functions={"limits": "api"},
+        reports={"limits": "report"},
+    ),
+    Slice(
+        "studies.ablate",
+        verbs={"ablate": "Measure what each ingredient of a model costs and changes."},
+        functions={"ablate": "api"},
+        reports={"ablate": "report"},
+    ),
+    Slice(
+        "studies.versions",
+        verbs={"versions": "Measure what each release of an engine changed."},
+        functions={"versions": "api"},
+        reports={"versions": "report"},
+    ),
+    Slice(
+        "models.printed",
+        verbs={"audit": "Check published figures of a textbook: a verdict for each."},
+        functions={"audit": "api"},
+        reports={"printed-values": "report"},
+    ),
+    Slice(
+        "models.lint",
+        verbs={"lint": "Find what a MuJoCo model has in excess, and what makes it fail."},
+        functions={"lint": "api"},
+    ),
+    Slice(
+        "models.harden",
+        verbs={"harden": "Make the closed loops of a MuJoCo model stay closed."},
+        functions={"harden": "api"},
+    ),
+    Slice(
+        "models.export",
+        verbs={"export": "Write a scene's model, its exact motion, or a pack for others."},
+        functions={"export": "api"},
+    ),
+    Slice("verification"),
+)
