@@ -74,8 +74,9 @@ def test_no_room_below_imports_a_slice() -> None:
 
 
 def test_every_folder_of_a_slice_is_named_and_every_name_is_there() -> None:
-    folders = {f"{room}.{path.name}" for room in ("studies", "models") for path in (ROOT / room).iterdir()}
-    assert {*PACKAGES} - {ASSEMBLED} == {one for one in folders if "__" not in one}
+    packages = (path.parent for room in ("studies", "models") for path in (ROOT / room).glob("*/__init__.py"))
+    folders = {f"{path.parent.name}.{path.name}" for path in packages}
+    assert {*PACKAGES} - {ASSEMBLED} == folders
     for one in SLICES:
         modules = {*one.functions.values(), *one.reports.values(), *(["verb"] if one.verbs else [])}
         assert {f"{one.package}.{module}" for module in modules} <= {*MODULES}
