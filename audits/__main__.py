@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from audits.judged import DOCUMENTS, PAGES, audited
-from audits.report.pages import KIND
+from audits.report.pages import DOCUMENTS_REPORT
 from conrod.crash import run_guarded
 from conrod.execution.files import folder_to_write
 from conrod.execution.writing import Batch, write_together
@@ -16,12 +16,12 @@ from conrod.report.kind import KINDS, Reproduction
 from conrod.report.terminal import console, print_table
 from conrod.report.writer import report_batch
 
-KINDS[KIND.name] = "audits.report.pages"
+KINDS[DOCUMENTS_REPORT.name] = "audits.report.pages.DOCUMENTS_REPORT"
 
 
 def report(folder: Path) -> Batch:
     """All files of the report on the four documents."""
-    return report_batch(KIND, {PAGES[n]: audited(n) for n in DOCUMENTS}, folder, Reproduction("make audit"))
+    return report_batch(DOCUMENTS_REPORT, {PAGES[n]: audited(n) for n in DOCUMENTS}, folder, Reproduction("make audit"))
 
 
 def main() -> None:
@@ -32,7 +32,7 @@ def main() -> None:
     print_table(console(), counts_table({f"{n} {PAGES[n]}": audited(n) for n in DOCUMENTS}))
     if out is not None:
         folder = folder_to_write(out, "--out")
-        ReportFolder(folder, KIND).check(PAGES.values())
+        ReportFolder(folder, DOCUMENTS_REPORT).check(PAGES.values())
         write_together([report(folder)])
         print(f"report: {folder / 'README.md'}")
 

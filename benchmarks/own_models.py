@@ -20,7 +20,7 @@ from conrod.execution.files import folder_to_write
 from conrod.execution.writing import write_together
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
 from conrod.models.loops.api import check_model_loops
-from conrod.models.loops.report import KIND, shipped_words
+from conrod.models.loops.report import LOOPS_REPORT, shipped_words
 from conrod.report.kind import SCENE, Reproduction
 from conrod.report.numbers import measured_text, quantity
 from conrod.report.table import Table, table
@@ -40,8 +40,9 @@ SOURCES = {
 INTRODUCTION = f"""\
 How far their loops open in MuJoCo at each file's own step, driven along the exact motion, with its own settings and
 with conrod's presets, and what a step costs over its own. `make own-models MODELS=DIR` makes this page; DIR has a clone
-of each repository below, in a folder of its name. No part of a model is here. [{KIND.index_file}]({KIND.index_file})
-has the positions; a page of each robot its redundant equations and what touches on the way.
+of each repository below, in a folder of its name. No part of a model is here.
+[{LOOPS_REPORT.index_file}]({LOOPS_REPORT.index_file}) has the positions;
+a page of each robot its redundant equations and what touches on the way.
 """
 HEADER = ("model", "mobility", "redundant", "step [ms]", "its own", "tuned", "hardened", "cost", "the file as it is")
 
@@ -166,7 +167,7 @@ def main() -> None:
     folder = folder_to_write(asked.out, "--out")
     found = {name: _judged(asked.models, name) for name in asked.only}
     studies = {name: one for name, one in found.items() if isinstance(one, LoopStudy)}
-    pages = report_batch(KIND, studies, folder, Reproduction(f"make own-models MODELS=DIR ROBOTS={SCENE}"))
+    pages = report_batch(LOOPS_REPORT, studies, folder, Reproduction(f"make own-models MODELS=DIR ROBOTS={SCENE}"))
     write_together([replace(pages, files={**pages.files, "README.md": page(found)})])
 
 
@@ -227,7 +228,7 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
         )
         step = quantity(1e3 * study.own.timestep)
         left, redundant = str(study.mobility.remaining_dof), str(sum(study.mobility.redundant.values()))
-        rows.append((f"[{name}]({name}{KIND.suffix}.md)", left, redundant, step, *gaps, costs, shipped))
+        rows.append((f"[{name}]({name}{LOOPS_REPORT.suffix}.md)", left, redundant, step, *gaps, costs, shipped))
     return table(HEADER, rows, HEADER[1:-1], "loops open [mm]; cost of tuned, hardened")
 
 

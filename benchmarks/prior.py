@@ -10,7 +10,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.studies.sweep.prior import DECIBELS, PriorSweep
 
 

@@ -78,7 +78,8 @@ def test_every_folder_of_a_slice_is_named_and_every_name_is_there() -> None:
     folders = {f"{path.parent.name}.{path.name}" for path in packages}
     assert {*PACKAGES} - {ASSEMBLED} == folders
     for one in SLICES:
-        modules = {*one.functions.values(), *one.reports.values(), *(["verb"] if one.verbs else [])}
+        reports = {place.rpartition(".")[0] for place in one.reports.values()}
+        modules = {*one.functions.values(), *reports, *(["verb"] if one.verbs else [])}
         assert {f"{one.package}.{module}" for module in modules} <= {*MODULES}
 
 

@@ -34,7 +34,10 @@ def numbers(audited: AuditedDocument) -> list[PrintedVerdict]:
 
 
 def _summary(audited: AuditedDocument) -> dict[str, Any]:
-    return {**printed_values.KIND.summary(audited), "corrections": len(corrections.corrections(audited.verdicts))}
+    return {
+        **printed_values.PRINTED_VALUES_REPORT.summary(audited),
+        "corrections": len(corrections.corrections(audited.verdicts)),
+    }
 
 
 def _kept(audited: AuditedDocument) -> AuditedDocument:
@@ -58,4 +61,6 @@ def _rounded(verdict: PrintedVerdict) -> PrintedVerdict:
     )
 
 
-KIND = replace(printed_values.KIND, name="documents", summary=_summary, prepare_to_save=_kept)
+DOCUMENTS_REPORT = replace(
+    printed_values.PRINTED_VALUES_REPORT, name="documents", summary=_summary, prepare_to_save=_kept
+)

@@ -15,7 +15,7 @@ class Slice:
         folder: package, below `conrod`.
         verbs: help of each verb, in a line; a verb is a function of the folder's `verb.py`.
         functions: public functions, each with the module that it is in.
-        reports: kinds of reports, each with the module that has its `KIND`.
+        reports: kinds of reports, each with its module and the name of its `Kind` there.
         uses: other slices that it is built on.
     """
 
@@ -44,36 +44,36 @@ SLICES = (
         "studies.validation",
         verbs={"validate": "Compare engines with the exact motion of scenes."},
         functions={"validate": "api"},
-        reports={"validation": "report"},
+        reports={"validation": "report.VALIDATION_REPORT"},
     ),
     Slice("studies.detection", uses=("studies.validation", "studies.forces")),
     Slice(
         "studies.forces",
         verbs={"forces": "Compare the forces that engines report with the exact ones."},
         functions={"forces": "api"},
-        reports={"forces": "report"},
+        reports={"forces": "report.FORCES_REPORT"},
     ),
     Slice(
         "studies.free_motion",
         verbs={"free": "Compare motion without a drive with the equations of motion."},
         functions={"free_motion": "api"},
-        reports={"motion": "report"},
+        reports={"motion": "report.FREE_MOTION_REPORT"},
     ),
     Slice(
         "models.check",
         verbs={"check": "Judge your own model, FMU or table by an exact motion."},
         functions={"check": "dispatch", "check_model": "api"},
-        reports={"model": "report"},
+        reports={"model": "report.MODEL_REPORT"},
         uses=("studies.validation",),
     ),
-    Slice("models.tables", functions={"check_table": "api"}, reports={"trajectory": "report"}),
+    Slice("models.tables", functions={"check_table": "api"}, reports={"trajectory": "report.TABLE_REPORT"}),
     Slice("models.fmu", functions={"check_fmu": "api"}, uses=("models.tables",)),
-    Slice("models.loops", functions={"check_loops": "api"}, reports={"loops": "report"}),
+    Slice("models.loops", functions={"check_loops": "api"}, reports={"loops": "report.LOOPS_REPORT"}),
     Slice(
         "models.invariances",
         verbs={"invariances": "Change what must not matter in a model."},
         functions={"invariances": "api"},
-        reports={"invariances": "report"},
+        reports={"invariances": "report.INVARIANCES_REPORT"},
     ),
     Slice(
         "studies.sweep",
@@ -82,31 +82,31 @@ SLICES = (
             "recommend": "Find the cheapest settings within tolerances, ready to paste.",
         },
         functions={"sweep": "api", "recommend": "api"},
-        reports={"sweep": "report", "recommendation": "recommendation_report"},
+        reports={"sweep": "report.SWEEP_REPORT", "recommendation": "recommendation_report.RECOMMENDATION_REPORT"},
     ),
     Slice(
         "studies.limits",
         verbs={"limits": "Find where each engine stops being trustworthy, and how."},
         functions={"limits": "api"},
-        reports={"limits": "report"},
+        reports={"limits": "report.LIMITS_REPORT"},
     ),
     Slice(
         "studies.ablate",
         verbs={"ablate": "Measure what each ingredient of a model costs and changes."},
         functions={"ablate": "api"},
-        reports={"ablate": "report"},
+        reports={"ablate": "report.ABLATE_REPORT"},
     ),
     Slice(
         "studies.versions",
         verbs={"versions": "Measure what each release of an engine changed."},
         functions={"versions": "api"},
-        reports={"versions": "report"},
+        reports={"versions": "report.VERSIONS_REPORT"},
     ),
     Slice(
         "models.printed",
         verbs={"audit": "Check published figures of a textbook: a verdict for each."},
         functions={"audit": "api"},
-        reports={"printed-values": "report"},
+        reports={"printed-values": "report.PRINTED_VALUES_REPORT"},
     ),
     Slice(
         "models.lint",

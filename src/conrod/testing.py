@@ -21,10 +21,9 @@ from conrod.comparison.compare import compare
 from conrod.comparison.trajectory import Outcome, Trajectory, concatenate_pieces
 from conrod.engines.capabilities import KinematicMode, MissingCapability, capability
 from conrod.engines.engine import Engine, judged_preset
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 
-QUANTITIES = ("position", "velocity", "acceleration")
 START_ANGLE, RUN_TURNS = 0.7, 0.25  # [rad], and of a turn
 # A stamp that is half a step off keeps that lag at any step; what an error of a higher order looks like falls with it.
 MAX_LAG, FALL_FACTOR = 0.05, 0.7

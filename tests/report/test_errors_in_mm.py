@@ -13,7 +13,8 @@ import pytest
 from handmade import handmade_sweep
 from table_files import exact_table, judged
 
-from conrod.execution.case import MEASURES, QUANTITIES
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import MEASURES
 from conrod.models.tables import report as trajectory
 from conrod.report import numbers
 from conrod.report.results import summary_words, verdict_words

@@ -26,7 +26,7 @@ from conrod.report.table import ColouredCell, table
 from conrod.report.template import table_text
 from conrod.report.writer import render_again, report_batch
 from conrod.scenes import SCENES, Scene
-from conrod.studies.free_motion.report import KIND
+from conrod.studies.free_motion.report import FREE_MOTION_REPORT
 from conrod.studies.free_motion.results import ExactSummary, MotionCurves, MotionResult, MotionStudy
 
 COMMAND = Reproduction("conrod free {scene} --out reports")
@@ -59,7 +59,7 @@ def study(name: str, error: float = 1e-9, curves: bool = True) -> MotionStudy:
 
 
 def write(folder: Path, *studies: MotionStudy) -> None:
-    write_together([report_batch(KIND, {s.name: s for s in studies}, folder, COMMAND)])
+    write_together([report_batch(FREE_MOTION_REPORT, {s.name: s for s in studies}, folder, COMMAND)])
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -142,7 +142,7 @@ def test_a_file_that_is_not_the_reports_is_never_replaced(tmp_path: Path, name: 
 
 def test_a_file_beside_must_be_none_of_the_report(tmp_path: Path) -> None:
     write(tmp_path, study("saw-40rpm"))
-    folder = ReportFolder(tmp_path, KIND)
+    folder = ReportFolder(tmp_path, FREE_MOTION_REPORT)
     folder.check(["saw-40rpm"], tmp_path / "other.json")
     for name in ("motion.json", "MOTION.md", "saw-500rpm-motion.md", "data/x.json"):
         with pytest.raises(InvalidInput, match="cannot write"):

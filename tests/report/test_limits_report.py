@@ -22,7 +22,7 @@ from conrod.report.writer import report_batch
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis
 from conrod.studies.limits.charts import UNDETECTED_COLOUR, axis_places, error_chart
-from conrod.studies.limits.report import KIND, merge_studies
+from conrod.studies.limits.report import LIMITS_REPORT, merge_studies
 from conrod.studies.limits.results import LimitStudy, Walk
 from conrod.studies.limits.tables import limits_table, undetected_table, undetected_words
 
@@ -30,7 +30,7 @@ COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
 
 
 def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -> Batch:
-    return report_batch(KIND, {study.name: study}, folder, command)
+    return report_batch(LIMITS_REPORT, {study.name: study}, folder, command)
 
 
 def panels(walks: Sequence[Walk]) -> list[Axes]:

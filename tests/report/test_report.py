@@ -12,14 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.execution.writing import write_together
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
-from conrod.studies.validation.report import KIND
+from conrod.studies.validation.report import VALIDATION_REPORT
 from conrod.studies.validation.results import Curve, RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import contents
 
@@ -69,17 +69,17 @@ def a_study(name: str, *results: ValidationResult) -> SceneStudy:
 
 
 def page_of(study: SceneStudy, command: str = "conrod validate saw-40rpm --out reports") -> str:
-    return KIND.page_of(Part(study.name, study, command, "0.0.0")).text
+    return VALIDATION_REPORT.page_of(Part(study.name, study, command, "0.0.0")).text
 
 
 def figures(study: SceneStudy) -> dict[str, Figure]:
     """The figures of a scene's page by name."""
-    drawn = KIND.page_of(Part(study.name, KIND.prepare_to_save(study), "", "0.0.0")).figures
+    drawn = VALIDATION_REPORT.page_of(Part(study.name, VALIDATION_REPORT.prepare_to_save(study), "", "0.0.0")).figures
     return {figure.name.removeprefix(f"{study.name}-"): figure for figure in drawn}
 
 
 def write_report(folder: Path, *studies: SceneStudy) -> None:
-    write_together([report_batch(KIND, {study.name: study for study in studies}, folder, COMMAND)])
+    write_together([report_batch(VALIDATION_REPORT, {study.name: study for study in studies}, folder, COMMAND)])
 
 
 def last_bits_changed(result: ValidationResult) -> ValidationResult:

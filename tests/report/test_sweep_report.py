@@ -13,14 +13,14 @@ from handmade import handmade_sweep
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, round_to_log_grid
 from conrod.report.folder import restore_findings
 from conrod.report.kind import Reproduction
 from conrod.report.writer import report_batch
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint
-from conrod.studies.sweep.report import KIND, work_precision_figure
+from conrod.studies.sweep.report import SWEEP_REPORT, work_precision_figure
 from conrod.studies.sweep.tables import findings
 
 COMMAND = Reproduction("conrod sweep {scene} --out reports/sweep")
@@ -74,7 +74,7 @@ def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, fig
 
 @pytest.mark.usefixtures("undrawn")
 def test_without_timings_there_is_no_diagram_and_no_sentence_about_cost(study: SweepStudy, tmp_path: Path) -> None:
-    batch = report_batch(KIND, {study.name: untimed(study)}, tmp_path, COMMAND)
+    batch = report_batch(SWEEP_REPORT, {study.name: untimed(study)}, tmp_path, COMMAND)
     assert "work-precision.svg" not in str(batch.files["saw-500rpm.md"])
     assert "No run was timed" in str(batch.files["saw-500rpm.md"])
     assert not findings(untimed(study))

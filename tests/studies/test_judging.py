@@ -16,8 +16,8 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_extent
-from conrod.exact.motion import Array
-from conrod.execution.case import QUANTITIES, Measurement, identity_digest, pursue
+from conrod.exact.motion import QUANTITIES, Array
+from conrod.execution.case import Measurement, identity_digest, pursue
 from conrod.execution.result import AS_ASKED, Plan, presets_study, refinement_path, run_refinement_path
 from conrod.execution.run import RunCase
 from conrod.scenes import SCENES, scene_named

@@ -21,7 +21,7 @@ from conrod.execution.writing import ABANDONED_AGE, Batch, single_file, write_to
 from conrod.report.folder import UNFINISHED, ReportFolder
 from conrod.report.kind import Reproduction
 from conrod.report.writer import render_again, report_batch
-from conrod.studies.free_motion.report import KIND
+from conrod.studies.free_motion.report import FREE_MOTION_REPORT
 from tests.report.test_frame import COMMAND, contents, study, write
 
 # Writes batches again and again, killed before its first step, its second, and so on; a step is whatever Python reports
@@ -111,11 +111,11 @@ def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Pa
     old = [study("saw-40rpm"), study("cam-follower"), study("whitworth")]
     new = [study("saw-40rpm", 1e-4, curves=False), study("cam-follower", 1e-5), study("shear-press")]
     write(folder, *old)
-    batch = report_batch(KIND, {one.name: one for one in new}, folder, again)
-    assert UNFINISHED not in ReportFolder(folder, KIND).document
+    batch = report_batch(FREE_MOTION_REPORT, {one.name: one for one in new}, folder, again)
+    assert UNFINISHED not in ReportFolder(folder, FREE_MOTION_REPORT).document
     wanted, unfinished = {}, 0
     for k, _ in enumerate(states_of_killed_writers([batch], folder, tmp_path / "aside")):
-        report = ReportFolder(folder, KIND)
+        report = ReportFolder(folder, FREE_MOTION_REPORT)
         unfinished += report.unfinished
         there = {one.name for one in new if report.entries.get(one.name, {}).get("command", "").count("--jobs")}
         batches = render_again(folder)
@@ -124,10 +124,10 @@ def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Pa
             mixed = tmp_path / f"mixed{k}"
             write(mixed, *old)
             if replaced := {one.name: one for one in new if one.name in there}:
-                write_together([report_batch(KIND, replaced, mixed, again)])
+                write_together([report_batch(FREE_MOTION_REPORT, replaced, mixed, again)])
             wanted[key] = contents(mixed)
         assert named(folder) == wanted[key]
-        assert not ReportFolder(folder, KIND).unfinished
+        assert not ReportFolder(folder, FREE_MOTION_REPORT).unfinished
     assert unfinished > 4
     assert len(wanted) > 2
 
@@ -136,12 +136,12 @@ def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Pa
 def test_a_report_that_is_not_whole_says_so(tmp_path: Path) -> None:
     write(tmp_path / "report", study("saw-40rpm"))
     whole = contents(tmp_path / "report")
-    batch = report_batch(KIND, {"saw-40rpm": study("saw-40rpm", 1e-4)}, tmp_path / "report", COMMAND)
-    (tmp_path / "report" / KIND.results).write_text(str(batch.meanwhile[KIND.results]))
+    batch = report_batch(FREE_MOTION_REPORT, {"saw-40rpm": study("saw-40rpm", 1e-4)}, tmp_path / "report", COMMAND)
+    (tmp_path / "report" / FREE_MOTION_REPORT.results).write_text(str(batch.meanwhile[FREE_MOTION_REPORT.results]))
     (tmp_path / "report/saw-40rpm-motion.md").write_text("new")
     done = conrod("report", str(tmp_path / "report"))
     assert done.returncode == 0
-    assert f"{KIND.results}: writing this report was stopped; it is made whole" in done.stderr
+    assert f"{FREE_MOTION_REPORT.results}: writing this report was stopped; it is made whole" in done.stderr
     assert contents(tmp_path / "report").keys() == whole.keys()
     assert (tmp_path / "report/saw-40rpm-motion.md").read_text() != "new"
     assert conrod("report", str(tmp_path / "report")).stderr == ""
@@ -285,9 +285,9 @@ def test_a_report_claims_no_file_that_is_none_of_a_report(tmp_path: Path) -> Non
     folder = tmp_path / "report"
     write(folder, study("saw-40rpm"))
     for claimed in ("thesis.tex", "sub/thesis.md", "../thesis.md", "figures/../../thesis.md", "/etc/passwd"):
-        document = json.loads((folder / KIND.results).read_text())
-        document["files"] = ["README.md", KIND.results, claimed]
-        (folder / KIND.results).write_text(json.dumps(document))
+        document = json.loads((folder / FREE_MOTION_REPORT.results).read_text())
+        document["files"] = ["README.md", FREE_MOTION_REPORT.results, claimed]
+        (folder / FREE_MOTION_REPORT.results).write_text(json.dumps(document))
         done = conrod("report", str(folder))
         assert done.returncode == 2
         assert "is no file of a report" in done.stderr or "is not in its folder" in done.stderr

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.comparison.compare import QUANTITIES as COMPARED
+from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
 from conrod.comparison.compare import ExactMotions, compare
 from conrod.comparison.trajectory import ArrayMapper, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.run import run
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution import run as measuring
-from conrod.execution.case import QUANTITIES, Measurement
+from conrod.execution.case import Measurement
 from conrod.execution.prediction import predicted_errors
 from conrod.execution.result import Plan
 from conrod.execution.run import RunCase, clamp_to_span, measure, unsupported_measurement

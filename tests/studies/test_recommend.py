@@ -19,7 +19,8 @@ from benchmarks.prior import table_of
 from conrod.engines import engine_named
 from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
-from conrod.execution.case import QUANTITIES, Measurement, pursue
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import Measurement, pursue
 from conrod.execution.run import RunCase
 from conrod.execution.timing import Timing
 from conrod.scenes import SCENES, scene_named

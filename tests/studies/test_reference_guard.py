@@ -20,7 +20,8 @@ from conrod.engines.run import run_in_one_piece, run_with_recorders
 from conrod.exact import joint_equations, kinematics
 from conrod.exact.branch_tracking import BranchTracker
 from conrod.exact.equations import Equations
-from conrod.execution.case import QUANTITIES, contradictions
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import contradictions
 from conrod.execution.prediction import Prediction, reference_misfit
 from conrod.execution.result import Plan, misfit_words
 from conrod.execution.run import MIN_PASS_STEPS

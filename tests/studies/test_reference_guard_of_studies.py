@@ -21,17 +21,17 @@ from conrod.execution.timing import Timing
 from conrod.report.findings import Findings
 from conrod.scenes.saw import Saw
 from conrod.scenes.scene import Scene
-from conrod.studies.ablate.report import KIND as ABLATE
+from conrod.studies.ablate.report import ABLATE_REPORT as ABLATE
 from conrod.studies.ablate.study import CostCase, ablate_engine, ablation_study
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import plan_limits, pursue_plans
-from conrod.studies.limits.report import KIND as LIMITS
+from conrod.studies.limits.report import LIMITS_REPORT as LIMITS
 from conrod.studies.limits.report import merge_studies
 from conrod.studies.sweep.api import findings_of
 from conrod.studies.sweep.recommend import recommendation_studies
-from conrod.studies.sweep.report import KIND as SWEEP
+from conrod.studies.sweep.report import SWEEP_REPORT as SWEEP
 from conrod.studies.sweep.study import RulePlan, SweepPlan, plan_sweep, sweep_scene
-from conrod.studies.versions.report import KIND as VERSIONS
+from conrod.studies.versions.report import VERSIONS_REPORT as VERSIONS
 from conrod.studies.versions.study import release_cases, versions_study
 
 MUJOCO, NAME = engine_named("mujoco"), "machine"

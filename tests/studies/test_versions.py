@@ -21,13 +21,14 @@ from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import build, compile_mjcf
 from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
+from conrod.exact.motion import QUANTITIES
 from conrod.execution import releases
-from conrod.execution.case import QUANTITIES, Measurement
+from conrod.execution.case import Measurement
 from conrod.execution.releases import VersionCase, interpreter_path, release_interpreter
 from conrod.execution.runner import Runner
 from conrod.report.findings import Findings
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.versions.report import KIND
+from conrod.studies.versions.report import VERSIONS_REPORT
 from conrod.studies.versions.study import (
     LINKAGE_STEPS,
     RunHistory,
@@ -236,5 +237,5 @@ def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch:
 def test_report_of_a_single_release_is_written(tmp_path: Path) -> None:
     history = RunHistory("saw-500rpm", "tuned", 100, ())
     study = VersionStudy("mujoco", "address", (MUJOCO.version,), {}, (history,))
-    page = Findings(KIND, {"mujoco": study}).write(tmp_path / "report")
+    page = Findings(VERSIONS_REPORT, {"mujoco": study}).write(tmp_path / "report")
     assert "No release changed a bit." in page.read_text(encoding="utf-8")

@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from conrod.comparison.convergence import observed_order
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.scenes import SCENES
 from conrod.studies.sweep.findings import SweepStudy, SweptPoint, SweptRule
 

@@ -12,8 +12,8 @@ import numpy as np
 from conrod import Outcome, Trajectory
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, Motion, motion_in_time
-from conrod.execution.case import QUANTITIES, Measurement
+from conrod.exact.motion import QUANTITIES, Array, Motion, motion_in_time
+from conrod.execution.case import Measurement
 from conrod.mechanism.mechanism import Joint, Revolute
 from conrod.scenes import Saw, Scene, ShearPress
 

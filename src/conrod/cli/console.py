@@ -10,6 +10,7 @@ from conrod.comparison.plain_values import plain_values
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, OutputLink, TurnQuantities
 from conrod.exact.linkage.crank_range import CrankRange
+from conrod.mechanism.units import MM
 from conrod.report import numbers
 from conrod.report.folder import json_text
 from conrod.report.results import scene_description
@@ -19,9 +20,8 @@ from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dyna
 from conrod.scenes.space import MACHINES
 
 # Below this share of the largest value a digit is rounding, different from machine to machine.
-ROUNDING = 1e-9
-MM = 1e3
-SCHEMA = 3  # of the JSON
+NEGLIGIBLE_SHARE = 1e-9
+SHOW_SCHEMA = 3  # of the JSON
 ENDS = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
 
 
@@ -170,7 +170,7 @@ def _millimetres(lengths: Iterable[float]) -> list[str]:
 
 def _without_rounding(value: float, beside: list[float]) -> str:
     """A value as text; 0 where it is below rounding of the other values."""
-    if abs(value) <= ROUNDING * max(abs(other) for other in beside):
+    if abs(value) <= NEGLIGIBLE_SHARE * max(abs(other) for other in beside):
         return "0"
     return numbers.quantity(value, 6)
 
@@ -178,7 +178,7 @@ def _without_rounding(value: float, beside: list[float]) -> str:
 def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: InstantQuantities | None) -> str:
     """The JSON document of a scene; m, m/s, m/s^2, rad, rad/s, rad/s^2."""
     document = {
-        "schema": SCHEMA,
+        "schema": SHOW_SCHEMA,
         "conrod": version("conrod"),
         "scene": name,
         "parameters": scene.parameters,

@@ -9,18 +9,16 @@ from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
 from conrod.cli import FAILED, say
 from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, explicit_options
 from conrod.report.findings import Findings
-from conrod.report.kind import SCENE, Kind, Reproduction
+from conrod.report.kind import SCENE, F, Kind, Reproduction
 from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
     from conrod.report.folder import ReportFolder
-
-F = TypeVar("F")
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.exact import ExactReference
 from conrod.exact.motion import Array, Motion
 
-QUANTITIES = ("position", "velocity", "acceleration", "total")
+COMPARED_QUANTITIES = ("position", "velocity", "acceleration", "total")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 LIMIT, CONTACT, FRICTION, SPRING, DAMPER = "limit", "contact", "dry friction", "spring", "damper"
 ACTUATOR, FLUID, COMPENSATION, ADHESION, HANDLE = "actuator", "fluid", "gravity compensation", "adhesion", "handle"
 ACROSS, LACKING = "gravity across the plane", "lacking acceleration"
-MAX_NAMED = 3  # forces of one kind named in a sentence
+MAX_NAMED_FORCES = 3  # forces of one kind named in a sentence
 FULL_GRAVITY = 0.9999  # share of gravity above which it counts as all of it
 
 
@@ -100,6 +100,6 @@ def _enumerate_forces(found: list[OtherForce]) -> str:
     parts = list[str]()
     for kind in dict.fromkeys(one.kind for one in found):
         same = sorted((one for one in found if one.kind == kind), key=lambda one: -one.largest)
-        more = f" and {len(same) - MAX_NAMED} more" if len(same) > MAX_NAMED else ""
-        parts.append(", ".join(one.words for one in same[:MAX_NAMED]) + more)
+        more = f" and {len(same) - MAX_NAMED_FORCES} more" if len(same) > MAX_NAMED_FORCES else ""
+        parts.append(", ".join(one.words for one in same[:MAX_NAMED_FORCES]) + more)
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])}, and {parts[-1]}"

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from conrod.comparison.compare import QUANTITIES, Size, Stretch
+from conrod.comparison.compare import COMPARED_QUANTITIES, Size, Stretch
 from conrod.exact.motion import Array
 
 
@@ -101,7 +101,7 @@ class PointSizes:
 
     def add(self, stretch: Stretch) -> None:
         for name, errors in stretch.points.items():
-            for quantity in QUANTITIES:
+            for quantity in COMPARED_QUANTITIES:
                 self._sizes[name][quantity].add(getattr(errors, quantity).error, stretch.samples_remaining)
 
     @property

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 
 Side = Literal["left", "right"]
 
+QUANTITIES = ("position", "velocity", "acceleration")  # of a point, that engines are compared in
+
 # A function of the crank angle with its first three derivatives at T angles: arrays (T,), or numbers where it is
 # constant.
 Derivatives: TypeAlias = Sequence[Array | float]

@@ -10,7 +10,7 @@ import numpy as np
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.mechanism.units import REVOLUTION
 
 ORDER = 18  # of the polynomials
@@ -26,7 +26,6 @@ CHANGE_POINT_DISTANCE, CHANGE_POINT_FACTOR = 0.3, 10.0
 PERIODS_TRIED = (1, 6, 60)  # revolutions searched for a repetition; motion behind gears may need several
 REPEAT_TOLERANCE = 1e-10
 KNOT_DIGITS = 9  # decimals of knots [rad]; the side of a break is chosen no finer (BREAK_WIDTH)
-QUANTITIES = ("position", "velocity", "acceleration")
 
 
 @dataclass(frozen=True)

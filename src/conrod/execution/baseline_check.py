@@ -13,9 +13,10 @@ from typing import Any, TypeVar
 from conrod.comparison.plain_values import plain_values
 from conrod.engines import environment
 from conrod.errors import InvalidInput
+from conrod.exact.motion import QUANTITIES
 from conrod.execution import baseline
 from conrod.execution.baseline import ORDER_PREFIX, BandedNumber, Baseline, BaselineComparison, BaselineLine
-from conrod.execution.case import QUANTITIES, identity_digest
+from conrod.execution.case import identity_digest
 from conrod.execution.files import check_writable_folder
 from conrod.execution.resolve_arguments import TOLERANCE_NAMES
 from conrod.execution.result import Result, SceneResults

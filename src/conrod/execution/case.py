@@ -20,7 +20,6 @@ from conrod.exact.motion import Array
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 
-QUANTITIES = ("position", "velocity", "acceleration")
 MEASURES = ("max", "rms", "final")
 Sizes = Mapping[str, float]
 

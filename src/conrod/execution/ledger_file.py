@@ -23,7 +23,7 @@ SCHEMA_VERSION = 1
 # A write takes a millisecond: who waits this long [s] waits for something that hangs.
 LOCK_TIMEOUT = 30.0
 
-SCHEMA = f"""
+LEDGER_TABLES = f"""
 CREATE TABLE cells (
     key TEXT PRIMARY KEY,
     name TEXT NOT NULL,      -- of the scene, for people
@@ -132,7 +132,7 @@ def _create_tables(connection: sqlite3.Connection, patience: float) -> None:
     connection.execute("BEGIN IMMEDIATE")
     with connection:
         if _is_blank(connection):
-            for statement in SCHEMA.split(";\n"):
+            for statement in LEDGER_TABLES.split(";\n"):
                 connection.execute(statement)
 
 

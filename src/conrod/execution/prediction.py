@@ -19,8 +19,7 @@ from conrod.comparison.outcome import CHANGE_POINT_DISTANCE
 from conrod.comparison.trajectory import ArrayMapper, BodyStates, BodyTracks, Instants, PointTracks
 from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES, Array
 
 # Some 450 last digits, as the golden results are held to: closed forms, solver and elimination round differently.
 ROUNDING_SHARE = 1e-13  # of the mechanism's size

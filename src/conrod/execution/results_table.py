@@ -8,8 +8,9 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from conrod.comparison.compare import QUANTITIES as COMPARED
-from conrod.execution.case import MEASURES, QUANTITIES, Measurement
+from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import MEASURES, Measurement
 from conrod.execution.timing import Timing
 
 # Study -> names that only the identities of its runs have.

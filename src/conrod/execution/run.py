@@ -15,7 +15,8 @@ from conrod.comparison.trajectory import ArrayMapper, Outcome, Settings, Track, 
 from conrod.engines import engine_named
 from conrod.engines.engine import CUSTOM, Machine, run_extent
 from conrod.engines.run import check_run, run_with_recorders
-from conrod.execution.case import QUANTITIES, RESULT_VERSION, Case, Measurement, contradictions
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import RESULT_VERSION, Case, Measurement, contradictions
 from conrod.execution.prediction import Prediction
 
 REVOLUTIONS = 2.0

@@ -35,6 +35,7 @@ BARE_POWER = re.compile(r"(?<=[A-Za-zµμ°])([+-]?\d)")
 PRODUCT_DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
 REVOLUTION = 2.0 * math.pi  # [rad]
 RPM = REVOLUTION / 60.0  # [rad/s]
+MM = 1e3  # millimetres in a metre
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 

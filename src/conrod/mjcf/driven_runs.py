@@ -30,7 +30,7 @@ from conrod.mjcf.driving import (
 )
 from conrod.mjcf.force_watch import ForceWatch, geom_name
 from conrod.mjcf.loading import FoundPoint, list_names, name_or_number
-from conrod.mjcf.loop_results import OWN, QUANTITIES, LoopRun, ShippedRun
+from conrod.mjcf.loop_results import LOOP_UNITS, OWN, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
 
 # Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
@@ -118,10 +118,10 @@ def judge_run(
     if gap > MAX_JOINT_GAP * travel:
         return LoopRun(label, step, Outcome.OPENED, widest_opening_words(gaps), gap=gap)
     off = {
-        name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in QUANTITIES]), axis=2)
+        name: np.linalg.norm(found - np.array([getattr(motion.points[name], q) for q in LOOP_UNITS]), axis=2)
         for name, found in run.points.items()
     }
-    errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(QUANTITIES)}
+    errors = {q: max(float(one[k].max()) for one in off.values()) for k, q in enumerate(LOOP_UNITS)}
     worst = max(off, key=lambda name: float(off[name][0].max()))
     far, near = int(off[worst][0].argmax()), MAX_JOINT_GAP * travel
     here, there = (found[:, far : far + 1] for found in (run.coordinates, motion.coordinates))
@@ -172,7 +172,7 @@ def compare_kinematics(
     model: mujoco.MjModel, machine: DrivenTree, points: tuple[FoundPoint, ...], motion: SpatialMotion
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Largest relative deviations of MuJoCo's kinematics, and remarks on limits and contacts."""
-    off, sizes = dict.fromkeys(QUANTITIES, 0.0), dict.fromkeys(QUANTITIES, 0.0)
+    off, sizes = dict.fromkeys(LOOP_UNITS, 0.0), dict.fromkeys(LOOP_UNITS, 0.0)
     data, opened, touching = mujoco.MjData(model), 0.0, dict[str, None]()
     start, lengths = {p.name: motion.points[p.name].position[0] for p in points}, list[Array]()
     for k in range(len(motion.times)):
@@ -188,12 +188,12 @@ def compare_kinematics(
                 touching[" and ".join(sorted(geom_name(model, int(g)) for g in contact.geom))] = None
         for point in points:
             exact = motion.points[point.name]
-            for name, found in zip(QUANTITIES, point.motion(model, data), strict=True):
+            for name, found in zip(LOOP_UNITS, point.motion(model, data), strict=True):
                 truth = getattr(exact, name)[k]
                 size = truth - start[point.name] if name == "position" else truth
                 sizes[name] = max(sizes[name], float(np.linalg.norm(size)))
                 off[name] = max(off[name], float(np.linalg.norm(found - truth)))
-    shares = {name: off[name] / max(sizes[name], 1e-300) for name in QUANTITIES if sizes[name] > 1e-12}
+    shares = {name: off[name] / max(sizes[name], 1e-300) for name in LOOP_UNITS if sizes[name] > 1e-12}
     # Loops that contradict each other stay open; two bodies' rows may each have the misfit.
     shares["closures"] = max(opened - 2.0 * machine.misfit, 0.0) / sizes["position"] if sizes["position"] else 0.0
     met = (*_limit_remarks(machine, motion, list(touching)), *_tendon_remarks(model, np.array(lengths)))

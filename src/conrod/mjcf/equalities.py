@@ -19,7 +19,7 @@ EQUALITY_KINDS = {
     mujoco.mjtEq.mjEQ_JOINT: "joint",
     mujoco.mjtEq.mjEQ_TENDON: "tendon",
 }
-MAX_NEWTON_STEPS = 50
+MAX_CLOSING_STEPS = 50
 REDUNDANT_ROW_SHARE = 1e-9  # singular values below this share of the largest are redundant rows
 
 
@@ -53,7 +53,7 @@ def measures_angles(model: mujoco.MjModel, index: int) -> bool:
 
 def close_loops(model: mujoco.MjModel, data: mujoco.MjData, closed: float) -> bool:
     """Move data to the nearest pose with violations of at most `closed`, by Newton iteration; False if none."""
-    for _ in range(MAX_NEWTON_STEPS):
+    for _ in range(MAX_CLOSING_STEPS):
         mujoco.mj_fwdPosition(model, data)
         gaps, jacobian = np.array(data.efc_pos[: data.ne]), equality_jacobian(model, data)
         if not (np.isfinite(gaps).all() and np.isfinite(jacobian).all()):

@@ -15,7 +15,7 @@ from conrod.mjcf.request import Controls, OpenStart
 
 OWN = "as it is"
 LABELS = (OWN, "tuned", "hardened")  # settings that a model is run with
-QUANTITIES = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
+LOOP_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 # The tolerance of the position bounds how far the loops open, too: a machine whose loops are open is another one.
 LOOPS = "loops"
 # MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.

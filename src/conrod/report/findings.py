@@ -8,19 +8,18 @@ from collections.abc import Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic
 
 from markupsafe import escape
 
 from conrod.errors import InvalidInput
-from conrod.report.kind import SCENE, Kind, Reproduction
+from conrod.report.kind import SCENE, F, Kind, Reproduction
 from conrod.report.table import Table, cell_text, safe_html
 from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
     from conrod.execution.baseline import BaselineComparison
 
-F = TypeVar("F")
 HTML = ".html"
 
 

@@ -2,9 +2,9 @@
 
 To add a kind: findings, a frozen dataclass of plain values, arrays, scenes, enums and further dataclasses; templates
 `NAME.md.jinja` for the page of a part and `NAME-index.md.jinja` for the first page, which have all prose and call a
-module for tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `KIND = Kind(...)`, such as
-`studies/free_motion/report.py`; a line in `slices.py`. A verb calls `ReportFolder.check` before any work and writes
-with `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
+module for tables and figures (`{{ report.verdicts_table([study]) }}`); that module, with `NAME_REPORT = Kind(...)`,
+such as `studies/free_motion/report.py`; a line in `slices.py`. A verb calls `ReportFolder.check` before any work and
+writes with `report_batch` of `report/writer.py`. Findings that change shape get another `schema`.
 
 In the folder: `results.json` with {kind, schema, conrod, environment, command, files, parts: {NAME: {title, command,
 conrod, summary, page, data, files}}}, and `data/NAME.json` with a part's findings; `files` names the files that the
@@ -18,6 +18,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from conrod.errors import unknown_choice
@@ -32,8 +33,9 @@ if TYPE_CHECKING:
 F = TypeVar("F")
 SCENE = "{scene}"  # placeholder of the scenes in a command
 
-# Modules by the name of their `KIND`, imported when a folder has a report of that kind. An application may add some.
-KINDS: dict[str, str] = {kind: f"{one.package}.{module}" for one in SLICES for kind, module in one.reports.items()}
+# Kinds of reports by their names: a module, imported when a folder has such a report, and the name of the `Kind` in it.
+# An application may add some.
+KINDS: dict[str, str] = {kind: f"{one.package}.{place}" for one in SLICES for kind, place in one.reports.items()}
 
 
 @dataclass(frozen=True)
@@ -155,17 +157,20 @@ class Kind(Generic[F]):
         """Pickle a kind as its name, for its functions are those of a module."""
         return kind_named, (self.name,)
 
+    def _module(self) -> ModuleType:
+        return import_module(KINDS[self.name].rpartition(".")[0])
+
     def page_of(self, part: Part[F]) -> Page:
         """Render the page of a part from `part`, `study` (its findings) and `report` (the module)."""
         from conrod.report.template import page  # loaded late: it loads jinja2
 
-        return page(self.name, import_module(KINDS[self.name]), part=part, study=part.findings)
+        return page(self.name, self._module(), kind=self, part=part, study=part.findings)
 
     def index_of(self, index: Index[F]) -> Page:
         """Render the first page of several parts from `index` and `report` (the kind's module)."""
         from conrod.report.template import page
 
-        return page(f"{self.name}-index", import_module(KINDS[self.name]), index=index)
+        return page(f"{self.name}-index", self._module(), kind=self, index=index)
 
     def page_file(self, part: str) -> str:
         """Return the file name of a part's page."""
@@ -188,5 +193,6 @@ def kind_named(name: str) -> Kind[Any]:
     """
     if name not in KINDS:
         raise unknown_choice("kind of report", name, KINDS)
-    kind: Kind[Any] = import_module(KINDS[name]).KIND
+    module, _, constant = KINDS[name].rpartition(".")
+    kind: Kind[Any] = getattr(import_module(module), constant)
     return kind

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from itertools import repeat
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from conrod.crash import error_text
 from conrod.engines import environment
@@ -22,10 +22,9 @@ from conrod.report.folder import (
     restore_findings,
     round_findings,
 )
-from conrod.report.kind import KINDS, Index, Kind, Part, Reproduction, kind_named
+from conrod.report.kind import KINDS, F, Index, Kind, Part, Reproduction, kind_named
 from conrod.report.template import Page
 
-F = TypeVar("F")
 Draw = Callable[..., Iterable[Any]]
 COMMAND_SEPARATOR = "; "  # between commands
 SEVERAL_COMMANDS = "The parts were not all measured by one command: each page names its own."

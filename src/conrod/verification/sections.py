@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 
 from conrod.comparison.convergence import claimed_order, numerical_uncertainty
 from conrod.engines import presets_of
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.mechanism.units import unit_in_prose
-from conrod.mjcf.loop_results import LOOPS, LoopStudy, loop_limits
-from conrod.mjcf.loop_results import QUANTITIES as LOOP_UNITS
+from conrod.mjcf.loop_results import LOOP_UNITS, LOOPS, LoopStudy, loop_limits
 from conrod.models.check import report as user_model
 from conrod.models.check.results import ModelStudy
 from conrod.models.loops import report as loops
@@ -24,7 +23,7 @@ from conrod.studies.validation import tables
 from conrod.verification.page import CRITERIA, VerificationSection
 
 MUJOCO = "mujoco"
-UNITS = {**LOOP_UNITS, LOOPS: "m"}
+SECTION_UNITS = {**LOOP_UNITS, LOOPS: "m"}
 # Healthy presets show 3.9 to 4.2 for 4, and 1.9 to 2.0 for 2, on the machines of the catalogue.
 ORDER_TOLERANCE, MIN_ERROR_WITH_ORDER, VANISHING_SHARE = 0.25, 1e-11, 0.05
 TOLERANCE_REASON, CLOCK_REASON = "--tolerance", "--tolerance; phase and total: what a clock is allowed"
@@ -148,14 +147,14 @@ def _error_text(name: str, size: float | None, lengths: Mapping[str, float]) -> 
     """Return an error as text, in SI if no lengths normalise it."""
     if lengths or size is None:
         return numbers.error(name, size, lengths)
-    return f"{numbers.measured_text(size)} {unit_in_prose(UNITS[name])}"
+    return f"{numbers.measured_text(size)} {unit_in_prose(SECTION_UNITS[name])}"
 
 
 def _criterion_text(name: str, allowed: float, lengths: Mapping[str, float]) -> str:
     """Return a criterion as text in six digits."""
     if name == "phase":
         return f"{math.degrees(allowed):.6g} deg"
-    return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {unit_in_prose(UNITS[name])}"
+    return f"{allowed:.6g}" if lengths else f"{allowed:.6g} {unit_in_prose(SECTION_UNITS[name])}"
 
 
 def _order_cells(one: Refinement) -> tuple[str, Cell]:

@@ -29,7 +29,7 @@ from conrod.models.tables.study import TableStudy, study_table
 from conrod.report.findings import Findings
 from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.scenes import Scene
-from conrod.studies.limits.report import KIND as LIMITS
+from conrod.studies.limits.report import LIMITS_REPORT as LIMITS
 from conrod.studies.limits.results import LimitStudy
 from conrod.user_files.endings import MODELS
 from conrod.user_files.files import model_files

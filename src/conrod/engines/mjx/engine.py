@@ -155,7 +155,7 @@ def _compiled_stepper(model: Any, data: Any, double: bool) -> Callable[[int], No
 # -- the engine, and its law -------------------------------------------------------------------------------------------
 
 
-DIFFERENCE_STEP = 1e-5  # [rad], of the central difference of rates: order two, so exact to 1e-10
+RATE_DIFFERENCE_STEP = 1e-5  # [rad], of the central difference of rates: order two, so exact to 1e-10
 # Largest rate of an opening gap with two steps per time constant, h dJ/dt v, over that of the equation, 2/e of it.
 STEPPED_RATE_RATIO = math.e / 2.0
 LAW = (
@@ -200,8 +200,8 @@ def missing_acceleration(made: MuJoCoModel, course: DrivenCourse) -> Array:
     """
     poses, speeds, _ = course.states
     q, v = made.tree.coordinates(poses), made.tree.rates(poses, speeds)
-    before, after = (made.tree.forward_kinematics(q + side * DIFFERENCE_STEP * v, v)[1] for side in (-1.0, 1.0))
-    return course.joint_gaps([poses, speeds, (after - before) / (2.0 * DIFFERENCE_STEP)])
+    before, after = (made.tree.forward_kinematics(q + side * RATE_DIFFERENCE_STEP * v, v)[1] for side in (-1.0, 1.0))
+    return course.joint_gaps([poses, speeds, (after - before) / (2.0 * RATE_DIFFERENCE_STEP)])
 
 
 class MJX(Engine[MJXSettings]):

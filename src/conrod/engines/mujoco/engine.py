@@ -39,7 +39,7 @@ from conrod.mechanism.mechanism import CamContact
 # -- kinematic mode: its own constraints as a solver at prescribed crank angles ----------------------------------------
 
 
-MAX_NEWTON_STEPS = 20
+MAX_KINEMATIC_STEPS = 20
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
@@ -90,7 +90,7 @@ def _passive_dofs(made: MuJoCoModel) -> NDArray[np.int_]:
 def _close_loops(made: MuJoCoModel, data: mujoco.MjData) -> None:
     """Close the loops by Newton iteration on the engine's own constraint violation and Jacobian."""
     free = _passive_dofs(made)
-    for _ in range(MAX_NEWTON_STEPS):
+    for _ in range(MAX_KINEMATIC_STEPS):
         mujoco.mj_fwdPosition(made.model, data)
         step = np.linalg.lstsq(constraint_jacobian(made.model, data)[:, free], data.efc_pos[: data.nefc], rcond=None)[0]
         data.qpos[free] -= step

@@ -27,7 +27,7 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pin_points
 
 # With the crank at rest and full correction every step is a Newton step on the joints, whatever its length.
 KINEMATIC_STEP = 1e-6  # [s]
-MAX_NEWTON_STEPS = 12
+MAX_KINEMATIC_STEPS = 12
 KINEMATIC_ITERATIONS = 2000
 MAX_RATE_SOLVES = 20
 RATE_TOLERANCE = 1e-13  # residual rate of a joint, over the machine's size times the crank's speed
@@ -93,7 +93,7 @@ def _close_joints(made: PymunkSpace, turn: float) -> None:
     made.crank.angular_velocity = 0.0
     made.crank.angle = turn
     before = _centres(made)
-    for _ in range(MAX_NEWTON_STEPS):
+    for _ in range(MAX_KINEMATIC_STEPS):
         _stop_bodies(made)
         made.space.step(KINEMATIC_STEP)  # finds the velocities that close the joints
         made.space.step(KINEMATIC_STEP)  # moves by them

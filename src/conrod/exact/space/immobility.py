@@ -33,7 +33,7 @@ ROUNDING, STEP_TOLERANCE = 1e-13, 1e-14  # of the extent
 DAMPING = 0.02
 DIFFERENCE_STEP = 1e-6  # [rad, or extents], of central differences
 MAX_TILT, MAX_SHIFT = 0.06, 0.02  # [rad, extents] of a slip; more would be another machine
-MAX_NAMED = 3  # corrections in a message
+MAX_NAMED_CORRECTIONS = 3  # corrections in a message
 
 
 @dataclass(frozen=True)
@@ -105,12 +105,12 @@ def removable_words(machine: DrivenTree, start: Array) -> str:
 
 def describe_corrections(found: Sequence[JointCorrection]) -> str:
     """Say which correction would let a machine move: one, any of several, or that none is known."""
-    said = [one.words for one in found[:MAX_NAMED]]
+    said = [one.words for one in found[:MAX_NAMED_CORRECTIONS]]
     if not found:
         return "no single axis or anchor explains it"
     if len(found) == 1:
         return f"{said[0]}, which alone explains it"
-    more = f", or another of {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
+    more = f", or another of {len(found) - MAX_NAMED_CORRECTIONS} more" if len(found) > MAX_NAMED_CORRECTIONS else ""
     return f"either {' or '.join(said)}{more}: each alone would explain it"
 
 

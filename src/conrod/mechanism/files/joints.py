@@ -23,7 +23,7 @@ from conrod.mechanism.mechanism import GROUND, CamContact, Driver, Joint, Prisma
 from conrod.mechanism.units import REVOLUTION, Parameter
 
 MAX_JOINTS, MAX_SEGMENTS = 200, 100
-CLOSING_TOLERANCE = 1e-6  # of a full turn, and of the largest lift, for numbers with few digits
+CAM_CLOSING_TOLERANCE = 1e-6  # of a full turn, and of the largest lift, for numbers with few digits
 MIN_SEGMENT_ANGLE = math.radians(1.0)  # the ends of segments are searched for in steps of half a degree
 SEGMENT_ANGLE = Parameter("rad", MIN_SEGMENT_ANGLE, REVOLUTION)
 
@@ -186,7 +186,7 @@ def _segments(fields: Fields) -> tuple[Segment, ...]:
         some.refuse_unknown()
     lifts = _close_segments(place, given, "lift", 0.0)
     for k, over in enumerate(overs):
-        if over < MIN_SEGMENT_ANGLE * (1.0 - CLOSING_TOLERANCE):
+        if over < MIN_SEGMENT_ANGLE * (1.0 - CAM_CLOSING_TOLERANCE):
             raise InvalidInput(f"{place}[{k}].over is left with {math.degrees(over):.6g} deg: at least 1 deg is needed")
     return tuple(Segment(law, over, lift) for law, over, lift in zip(laws, overs, lifts, strict=True))
 
@@ -204,7 +204,7 @@ def _close_segments(place: str, given: list[float | None], name: str, whole: flo
     left = whole - total
     if missing:
         return [left if some is None else some for some in given]
-    if abs(left) > CLOSING_TOLERANCE * (whole or max(map(abs, numbers), default=0.0)):
+    if abs(left) > CAM_CLOSING_TOLERANCE * (whole or max(map(abs, numbers), default=0.0)):
         found = f"{total:.9g} m, and a closed cam comes back to 0"
         if name == "over":
             found = f"{math.degrees(total):.9g} deg, and a cam's turn has 360 deg"

@@ -109,7 +109,7 @@ def check_model(
         tolerance=tolerance,
     )
     parts = {part: replace(found, file=shown or found.file)}
-    return Findings(user_model.KIND, parts, call, typed={part: str(path)}, baseline=compared)
+    return Findings(user_model.MODEL_REPORT, parts, call, typed={part: str(path)}, baseline=compared)
 
 
 def question_on_model(

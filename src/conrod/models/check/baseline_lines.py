@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from conrod.exact.motion import QUANTITIES
 from conrod.execution.baseline import BaselineLine
 from conrod.execution.baseline_check import baseline_line
-from conrod.execution.case import QUANTITIES
 from conrod.models.check.results import JudgedRun, ModelStudy
 
 

@@ -14,7 +14,7 @@ from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
 from conrod.exact.motion import Array
 from conrod.mjcf.request import Scan
-from conrod.models.check.frame import UNITS, GivenFrame, PlaneView
+from conrod.models.check.frame import LENGTH_UNITS, GivenFrame, PlaneView
 from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
@@ -165,7 +165,7 @@ class FrameFit:
 def fit_frame(search: PathSearch) -> FrameFit:
     """Fit the document's frame to a model's paths; given parts of the frame are kept."""
     coarse = _fit_coarsely(search)
-    unit = min(UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
+    unit = min(LENGTH_UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
     return replace(coarse, unit=unit).refine()
 
 

@@ -11,7 +11,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 
 # Units of length that a model may be in: their size [m].
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
+LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 # The usual ways to look at a plane, x to the right or y and z up: first and second direction of the picture.
 USUAL_VIEWS = {"x": "yz", "y": "xz", "z": "xy"}
 UNIT_VECTORS = dict(zip("xyz", np.eye(3), strict=True))
@@ -76,7 +76,7 @@ class Frame:
     @property
     def unit_name(self) -> str:
         """Name of the unit of length, as mm."""
-        return next((name for name, size in UNITS.items() if size == self.unit), f"{self.unit:g} m")
+        return next((name for name, size in LENGTH_UNITS.items() if size == self.unit), f"{self.unit:g} m")
 
 
 @dataclass(frozen=True)

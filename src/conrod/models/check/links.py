@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Prismatic, Revolute
-from conrod.models.check.frame import UNITS
+from conrod.models.check.frame import LENGTH_UNITS
 
 NUMBER_TOLERANCE = 1e-6  # of the machine's size: numbers of a file with six digits
 MAX_MATCHES = 2000  # ways of laying one graph over the other that are looked at
@@ -131,7 +131,7 @@ def link_differences(model: LinkGraph, machine: LinkGraph) -> tuple[LinkDifferen
     found = [
         _differences_of(model, machine, match, unit)
         for match in islice(_graph_matches(model, machine), MAX_MATCHES)
-        for unit in UNITS.values()
+        for unit in LENGTH_UNITS.values()
     ]
     best = min(found, key=lambda some: (len(some[0]), sum(map(_log_ratio, some[0]))), default=None)
     if best is None:

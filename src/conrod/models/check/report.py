@@ -10,10 +10,12 @@ from typing import Any
 
 from conrod.comparison.other_forces import acting_sentences
 from conrod.comparison.trajectory import Outcome
+from conrod.exact.motion import QUANTITIES
+from conrod.mechanism.units import MM
 from conrod.mjcf.start_pose_words import open_start_words
 from conrod.models.check.identity import Explanation, FoundLength
 from conrod.models.check.references import ALL_LENGTHS
-from conrod.models.check.results import QUANTITIES, JudgedRun, ModelStudy
+from conrod.models.check.results import JudgedRun, ModelStudy
 from conrod.report.kind import Kind
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured_text, quantity, round_to_digits, with_mm
 from conrod.report.results import distrust_words, exceeded_words
@@ -22,7 +24,7 @@ from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 from conrod.scenes import Scene
 
 RIGHT_COLUMNS = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
-MM, OF_ITS_TRAVEL = 1e3, " of its travel"
+OF_ITS_TRAVEL = " of its travel"
 MAX_EXPLANATIONS = 4
 JOINT_NAMES = {"Revolute": "pin", "Prismatic": "slide", "CamContact": "contact", "Rolling": "gear", "Rack": "rack"}
 
@@ -324,7 +326,7 @@ def results_to_print(studies: Sequence[ModelStudy]) -> Iterator[PrintedPart]:
             yield from indented_under(subject, lines)
 
 
-KIND = Kind(
+MODEL_REPORT = Kind(
     name="model",
     findings=ModelStudy,
     title=lambda study: f"{Path(study.file).name}: is it {study.scene_name}?",

@@ -20,7 +20,6 @@ from conrod.studies.validation.results import RefinementPoint
 
 AS_GIVEN, OWN = "its own run", "as it is"
 MAX_DRIVE_RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
-QUANTITIES = ("position", "velocity", "acceleration")
 # The position's tolerance bounds the opening of the loops, too; over the machine's largest length.
 CLOSURE = "closure"
 

@@ -15,7 +15,7 @@ from conrod.comparison.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_
 from conrod.comparison.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.execution.prediction import reference_misfit
@@ -31,7 +31,7 @@ from conrod.mjcf.request import MIN_NAMED_OPENING, ModelRequest
 from conrod.models.check.frame import Frame, GivenFrame
 from conrod.models.check.identity import identify
 from conrod.models.check.references import returns_after_turn
-from conrod.models.check.results import AS_GIVEN, QUANTITIES, JudgedRun, ModelStudy
+from conrod.models.check.results import AS_GIVEN, JudgedRun, ModelStudy
 from conrod.models.check.scanning import scan
 from conrod.models.check.scene_causes import causes_besides, refusal_causes
 from conrod.models.check.turning import Turning, prepare_turning

@@ -128,7 +128,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scene
     from conrod.mechanism.units import parse_quantity
     from conrod.models.check.api import TURNS, check_model
-    from conrod.models.check.report import KIND
+    from conrod.models.check.report import MODEL_REPORT
     from conrod.user_files.files import protected_model_files
 
     path, scene = Path(name), select_scene(str(asked.scene), asked.assignments)
@@ -138,7 +138,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     )
     refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE))
     crank, points = _crank_and_points(asked, scene[1])
-    files = check_outputs(KIND, [path.stem], asked, protected_model_files(path))
+    files = check_outputs(MODEL_REPORT, [path.stem], asked, protected_model_files(path))
     dossier = _dossier("check", (name,), asked, dict([scene]))
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
     rotation, zero = (None if text is None else parse_quantity(one, text, "rad") for one, text in angles.items())
@@ -188,13 +188,13 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scene
     from conrod.models.fmu.api import STEPS, TURNS, check_fmu
     from conrod.models.tables.api import READING_TIMEOUT, check_table
-    from conrod.models.tables.report import KIND, PART
+    from conrod.models.tables.report import PART, TABLE_REPORT
 
     path, scene = Path(name), (str(asked.scene), select_scene(str(asked.scene), asked.assignments)[1])
     what = "an FMU" if is_fmu else "a table"
     refuse(asked, f"{what}: it is for a model", *MODEL)
     refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
-    files = check_outputs(KIND, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
+    files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
     dossier = _dossier("check", (name,), asked, dict([scene]))
     common: dict[str, Any] = {
         "columns": columns_in(asked.columns, tuple(scene[1].lengths)),
@@ -232,9 +232,9 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.exact.space.drive_laws import FORMS
     from conrod.execution.local import FILE_TIMEOUT
-    from conrod.mjcf.loop_results import QUANTITIES
+    from conrod.mjcf.loop_results import LOOP_UNITS
     from conrod.models.loops.api import check_loops
-    from conrod.models.loops.report import KIND
+    from conrod.models.loops.report import LOOPS_REPORT
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.files import check_readable, protected_model_files
 
@@ -254,7 +254,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
     if asked.scene and asked.scene not in MACHINES:
         inputs |= protected_model_files(Path(asked.scene))
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
-    files = check_outputs(KIND, parts, asked, inputs)
+    files = check_outputs(LOOPS_REPORT, parts, asked, inputs)
     dossier = _dossier(command, names, asked, {})
     with ExitStack() as under_way:
 
@@ -269,7 +269,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             keyframe=asked.keyframe,
             controls=controls_in(asked.controls),
             seconds=asked.seconds,
-            tolerance=tolerance_in(asked.tolerance, QUANTITIES),
+            tolerance=tolerance_in(asked.tolerance, LOOP_UNITS),
             machine=asked.scene,
             progress=begin,
         )

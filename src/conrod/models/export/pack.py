@@ -30,7 +30,7 @@ from conrod.report.template import page
 from conrod.scenes import SCENES, Scene
 from conrod.scenes.described_scene import DescribedScene
 
-SCHEMA = 1
+PACK_SCHEMA = 1
 README, PARAMETERS, MECHANISM, TRAJECTORY = "README.md", "parameters.json", "mechanism.json", "trajectory.csv"
 # The file that a mechanism comes from, as it is; the values of its numbers are among the parameters.
 MACHINE = "machine.toml"
@@ -46,7 +46,12 @@ JOINT_KINDS: Mapping[type[Joint], str] = {
     Revolute: "revolute", Prismatic: "prismatic", CamContact: "cam contact", Rolling: "rolling", Rack: "rack",
 }  # fmt: skip
 # Column suffix, attribute of the motion, SI unit.
-QUANTITIES = (("", "position", "m"), ("v", "velocity", "m/s"), ("a", "acceleration", "m/s^2"), ("j", "jerk", "m/s^3"))
+TABLE_QUANTITIES = (
+    ("", "position", "m"),
+    ("v", "velocity", "m/s"),
+    ("a", "acceleration", "m/s^2"),
+    ("j", "jerk", "m/s^3"),
+)
 
 PASS_END_ROUNDING = 1e-12  # of a pass's duration, by which rounding may put its last sample beyond its end
 
@@ -123,7 +128,7 @@ def parameters_document(name: str, scene: Scene) -> dict[str, Any]:
     """Return all parameters in SI and full precision as plain values."""
     facts = scene.parameter_facts()
     return {
-        "schema": SCHEMA,
+        "schema": PACK_SCHEMA,
         "conrod": version("conrod"),
         "scene": name,
         "kind": scene.kind,
@@ -143,7 +148,7 @@ def parameters_document(name: str, scene: Scene) -> dict[str, Any]:
 def mechanism_document(mechanism: Mechanism) -> dict[str, Any]:
     """Return bodies, joints, drive and start poses as plain values in SI."""
     return {
-        "schema": SCHEMA,
+        "schema": PACK_SCHEMA,
         "units": "m, kg, s, rad; kg m² about the centre of gravity",
         "bodies": [asdict(body) | {"start_pose": list(mechanism.poses[body.name])} for body in mechanism.bodies],
         "joints": [{"kind": JOINT_KINDS[type(joint)]} | asdict(joint) for joint in mechanism.joints],
@@ -212,7 +217,7 @@ def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, t
     motion = scene.motion(angle, scene.speed) if makes_a_pass else scene.reference(times)
     columns: dict[str, tuple[str, Array]] = {"time": ("s", times), "crank_angle": ("rad", angle)}
     for name, point in motion.points.items():
-        for prefix, quantity, unit in QUANTITIES:
+        for prefix, quantity, unit in TABLE_QUANTITIES:
             values: Array = getattr(point, quantity)
             for k, axis in enumerate("xy"):
                 columns[f"{name}.{prefix}{axis}"] = (unit, values[:, k])

@@ -9,7 +9,7 @@ from conrod.comparison.other_forces import OtherForce
 from conrod.comparison.plain_values import plain_values
 from conrod.execution.paired_timing import PairedTiming
 
-SCHEMA = 3
+HARDEN_SCHEMA = 3
 
 
 @dataclass(frozen=True)
@@ -57,4 +57,4 @@ class HardenedModel:
         """All but the binary model, as values that JSON has."""
         values = plain_values(replace(self, content=None))
         del values["content"]
-        return {"schema": SCHEMA, **values}
+        return {"schema": HARDEN_SCHEMA, **values}

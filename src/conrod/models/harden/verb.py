@@ -16,6 +16,7 @@ from conrod.comparison.plain_values import json_document
 from conrod.errors import InvalidInput
 from conrod.execution.files import files_to_write
 from conrod.execution.writing import single_file, write_together
+from conrod.mechanism.units import MM
 from conrod.models.harden.results import HardenedModel
 from conrod.report import numbers
 from conrod.report.table import Cell, ColouredCell, Verbatim, table
@@ -25,7 +26,6 @@ from conrod.user_files.files import check_readable, protected_model_files
 
 BINARY = ".mjb"
 SECONDS = 1.0
-MM = 1e3
 ALWAYS = (
     "run the lines again after mj_setConst, which makes the weights anew",
     "for double precision only; docs/hardening.md says why, and what hardens with the loops",

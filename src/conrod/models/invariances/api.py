@@ -14,7 +14,7 @@ from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import OneScene, is_single_scene, scenes_by_name
 from conrod.mechanism.units import check_number
 from conrod.mjcf.request import Controls, controls_of
-from conrod.models.invariances.report import KIND
+from conrod.models.invariances.report import INVARIANCES_REPORT
 from conrod.models.invariances.results import Invariance, InvarianceStudy
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
@@ -69,7 +69,7 @@ def invariances(
         found[name] = invariances_of_scene(name, scene, seconds, keyframe)
     asked = [*(str(one) if isinstance(one, str | Path) else "the model" for one in models), *scenes]
     call = text_of_call("invariances", asked, keyframe=keyframe, controls=controls, seconds=seconds)
-    return Findings(KIND, found, call, typed=typed)
+    return Findings(INVARIANCES_REPORT, found, call, typed=typed)
 
 
 def is_model(subject: Any) -> bool:

@@ -70,7 +70,7 @@ def results_to_print(studies: Sequence[InvarianceStudy]) -> Iterator[PrintedPart
         yield from (*notes(study), "")
 
 
-KIND = Kind(
+INVARIANCES_REPORT = Kind(
     name="invariances",
     findings=InvarianceStudy,
     title=lambda study: study.name,

@@ -35,7 +35,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     from conrod.execution.local import FILE_TIMEOUT
     from conrod.execution.resolve_arguments import arguments_of_files, select_scenes
     from conrod.models.invariances.api import invariances
-    from conrod.models.invariances.report import KIND
+    from conrod.models.invariances.report import INVARIANCES_REPORT
     from conrod.user_files.endings import MODELS
     from conrod.user_files.files import check_readable, protected_model_files
 
@@ -48,7 +48,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     parts = [*(Path(name).stem for name in models), *scenes]
     if hidden := next((name for k, name in enumerate([*models, *scenes]) if parts[k] in parts[:k]), None):
         raise InvalidInput(f"{hidden}: another has the same name in the report: judge it by itself")
-    files = check_outputs(KIND, parts, asked, inputs)
+    files = check_outputs(INVARIANCES_REPORT, parts, asked, inputs)
     with ExitStack() as under_way:
 
         def begin(name: str) -> None:

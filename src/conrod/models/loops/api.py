@@ -12,9 +12,9 @@ from conrod.errors import InvalidInput, as_mapping, as_names
 from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import check_tolerance
 from conrod.mechanism.units import check_number
-from conrod.mjcf.loop_results import QUANTITIES, LoopRequest, LoopStudy
+from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
 from conrod.mjcf.request import controls_of
-from conrod.models.loops.report import KIND
+from conrod.models.loops.report import LOOPS_REPORT
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes.space import MACHINES
 from conrod.user_files.files import check_readable
@@ -60,7 +60,7 @@ def check_loops(
     if not laws and machine is not None and machine in MACHINES:
         laws = dict(MACHINES[machine]().drives)
     places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
-    allowed = {} if tolerance is None else check_tolerance(tolerance, QUANTITIES)
+    allowed = {} if tolerance is None else check_tolerance(tolerance, LOOP_UNITS)
     question = LoopRequest(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
@@ -88,7 +88,7 @@ def check_loops(
         tolerance=tolerance,
         machine=machine,
     )
-    return Findings(KIND, found, call, typed=typed)
+    return Findings(LOOPS_REPORT, found, call, typed=typed)
 
 
 def check_machine(name: str, question: LoopRequest) -> LoopStudy:

@@ -12,9 +12,9 @@ from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.differences import MachineComparison
 from conrod.mjcf.loop_results import (
     LABELS,
+    LOOP_UNITS,
     LOOPS,
     OWN,
-    QUANTITIES,
     LawComparison,
     LoopRun,
     LoopStudy,
@@ -36,8 +36,8 @@ RIGHT_COLUMNS = (
     "order",
     "cost",
 )
-UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
-MAX_NAMED = 4  # differences, points or bodies named in a sentence
+PAGE_UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
+MAX_NAMED_DIFFERENCES = 4  # differences, points or bodies named in a sentence
 MIN_CONTRADICTION = 1e-9  # of the travel; less is rounding
 
 
@@ -121,12 +121,13 @@ def _not_judged(study: LoopStudy) -> Iterator[str]:
     """Yield the quantities that the verdict does not cover, in words."""
     asked, idle = study.question.tolerance, study.mobility.idle
     if study.judges_loops_alone:
-        named = f"{', '.join(study.points[:MAX_NAMED])}{', ..' if len(study.points) > MAX_NAMED else ''}"
+        more = ", .." if len(study.points) > MAX_NAMED_DIFFERENCES else ""
+        named = f"{', '.join(study.points[:MAX_NAMED_DIFFERENCES])}{more}"
         yield f"what moves by the loops: {named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
-    if asked and (left := [name for name in QUANTITIES if name not in asked]):
+    if asked and (left := [name for name in LOOP_UNITS if name not in asked]):
         yield " and ".join(left)
     if others := [one.title for one in merge_forces(one for run in study.runs for one in run.acting) if not one.exact]:
-        borne = f"{', '.join(others[:MAX_NAMED])}{', ..' if len(others) > MAX_NAMED else ''}"
+        borne = f"{', '.join(others[:MAX_NAMED_DIFFERENCES])}{', ..' if len(others) > MAX_NAMED_DIFFERENCES else ''}"
         yield f"forces: torques of drives and reactions bear {borne} too, which the exact ones do not have"
     elif asked:
         yield "forces"
@@ -134,9 +135,9 @@ def _not_judged(study: LoopStudy) -> Iterator[str]:
     compared = [one.joint for one in shipped.laws.speeds]
     left = [name for name in study.question.drives if name not in compared]
     if left and shipped.driven and not shipped.failed:
-        yield f"whether its own run moves {', '.join(left[:MAX_NAMED])} by the laws"
+        yield f"whether its own run moves {', '.join(left[:MAX_NAMED_DIFFERENCES])} by the laws"
     if study.mobility.undetermined:
-        yield f"what {', '.join(idle[:MAX_NAMED])} moves, which the drives do not determine"
+        yield f"what {', '.join(idle[:MAX_NAMED_DIFFERENCES])} moves, which the drives do not determine"
 
 
 def _driven_run_words(study: LoopStudy) -> str:
@@ -175,8 +176,8 @@ def _difference_words(other: MachineComparison) -> str:
 
 def _first_differences(differences: Sequence[str]) -> str:
     """List the first differences, and the number of the rest."""
-    more = len(differences) - MAX_NAMED
-    return "; ".join([*differences[:MAX_NAMED], *([f"{more} more differences"] if more > 0 else [])])
+    more = len(differences) - MAX_NAMED_DIFFERENCES
+    return "; ".join([*differences[:MAX_NAMED_DIFFERENCES], *([f"{more} more differences"] if more > 0 else [])])
 
 
 def shipped_words(shipped: ShippedRun) -> str:
@@ -204,7 +205,7 @@ def in_mm(size: float) -> str:
 
 
 def _size_text(name: str, size: float) -> str:
-    factor, unit = UNITS["position" if name == LOOPS else name]
+    factor, unit = PAGE_UNITS["position" if name == LOOPS else name]
     return f"{measured_text(factor * size)} {unit}"
 
 
@@ -220,7 +221,9 @@ def runs_table(study: LoopStudy) -> Table:
 
 
 def _error_cells(run: LoopRun) -> tuple[str, ...]:
-    errors = [measured_text(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in UNITS.items()]
+    errors = [
+        measured_text(factor * run.errors[name]) if run.errors else "" for name, (factor, _) in PAGE_UNITS.items()
+    ]
     return quantity(1e3 * run.timestep), *errors, "" if run.gap is None else measured_text(1e3 * run.gap)
 
 
@@ -333,7 +336,7 @@ def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
             yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))
 
 
-KIND = Kind(
+LOOPS_REPORT = Kind(
     name="loops",
     findings=LoopStudy,
     title=lambda study: study.name,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.models.printed.report import KIND
+from conrod.models.printed.report import PRINTED_VALUES_REPORT
 from conrod.models.printed.table import audit_file
 from conrod.models.printed.verdicts import AuditedDocument
 from conrod.report.findings import Findings
@@ -24,7 +24,7 @@ def audit(files: str | Path | Sequence[str | Path]) -> Findings[AuditedDocument]
     """
     pages = page_names([files] if isinstance(files, str | Path) else files)
     found = {page: audit_file(Path(file)) for page, file in pages.items()}
-    return Findings(KIND, found, f"conrod.audit({list(pages.values())!r})", typed=pages)
+    return Findings(PRINTED_VALUES_REPORT, found, f"conrod.audit({list(pages.values())!r})", typed=pages)
 
 
 def page_names(files: Sequence[str | Path]) -> dict[str, str]:

@@ -99,7 +99,7 @@ def results_to_print(audits: Sequence[AuditedDocument]) -> Iterator[PrintedPart]
         yield from console_lines(audited, MAX_PRINTED_ITEMS)
 
 
-KIND = Kind(
+PRINTED_VALUES_REPORT = Kind(
     name="printed-values",
     findings=AuditedDocument,
     title=lambda audited: audited.title,

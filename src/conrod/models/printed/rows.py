@@ -16,7 +16,7 @@ from conrod.scenes import Scene
 NEEDED_COLUMNS = ("scene", "quantity", "angle_deg", "printed", "unit")
 TIME_COLUMN = "time_s"  # may stand for the crank angle
 COLUMNS = (*NEEDED_COLUMNS, TIME_COLUMN, "parameters", "place")
-UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
+PRINTED_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 AXES = ("x", "y", "size")
 MINUS = "\u2212"  # as typeset text has it
 MAX_ANGLE = 36_000.0  # [deg], a hundred turns
@@ -94,7 +94,7 @@ def _row(line: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene])
     degrees = each * parse_quantity(column, text.replace(",", ".") if DIGITS.fullmatch(text) else text, "")
     check_number(column, degrees, -MAX_ANGLE, MAX_ANGLE, "deg")
     printed = PrintedNumber(fields["printed"].replace(MINUS, "-"))
-    factor = 1.0 / parse_quantity("unit", f"1 {fields['unit']}", UNITS[quantity[1]])
+    factor = 1.0 / parse_quantity("unit", f"1 {fields['unit']}", PRINTED_UNITS[quantity[1]])
     return PrintedRow(line, fields, printed, scene, quantity, degrees, abs(each) * _angle_rounding(text), factor)
 
 
@@ -124,9 +124,9 @@ def _quantity(scene: Scene, text: str) -> tuple[str, str, str]:
     words = text.split()
     if len(words) != 3:
         raise InvalidInput(
-            f"quantity = {text!r}: give a point, {'/'.join(UNITS)} and {'/'.join(AXES)}, like 'G velocity y'"
+            f"quantity = {text!r}: give a point, {'/'.join(PRINTED_UNITS)} and {'/'.join(AXES)}, like 'G velocity y'"
         )
-    known: dict[str, Collection[str]] = {"point": scene.lengths, "quantity": UNITS, "axis": AXES}
+    known: dict[str, Collection[str]] = {"point": scene.lengths, "quantity": PRINTED_UNITS, "axis": AXES}
     for given, (kind, choices) in zip(words, known.items(), strict=True):
         if given not in choices:
             raise unknown_choice(kind, given, choices)

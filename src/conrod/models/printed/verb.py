@@ -23,8 +23,8 @@ def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
     """
     from conrod.cli.outputs import check_outputs
     from conrod.models.printed.api import audit, page_names
-    from conrod.models.printed.report import KIND
+    from conrod.models.printed.report import PRINTED_VALUES_REPORT
 
     pages = page_names(files)
-    target = check_outputs(KIND, pages, asked, {file: Path(file) for file in files})
+    target = check_outputs(PRINTED_VALUES_REPORT, pages, asked, {file: Path(file) for file in files})
     target.answer(audit(files), "audit", pages)

@@ -87,7 +87,7 @@ def table_findings(
     ((found,),) = find([dict([scene])])
     compared = check.compare([found], find, table_lines) if check else None
     return Findings(
-        trajectory.KIND, {trajectory.PART: replace(found, file=shown or found.file)}, call,
+        trajectory.TABLE_REPORT, {trajectory.PART: replace(found, file=shown or found.file)}, call,
         typed={trajectory.PART: str(path)}, baseline=compared,
     )  # fmt: skip
 

@@ -152,7 +152,7 @@ def results_to_print(studies: Sequence[TableStudy]) -> Iterator[PrintedPart]:
         yield columns_table(study)
 
 
-KIND = Kind(
+TABLE_REPORT = Kind(
     name="trajectory",
     findings=TableStudy,
     title=lambda study: f"{study.file} against {study.scene_name}",

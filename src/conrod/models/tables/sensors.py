@@ -30,7 +30,7 @@ MAX_GAIN_ERROR = 0.2  # beyond it is another unit
 MIN_SHARE = 0.05
 SAME_GAIN = 1e-3  # share of a gain's error by which columns of one gain may differ
 STANDARD_GRAVITY, SAME_GRAVITY = 9.80665, 0.01  # [m/s^2], and the share by which it differs over the Earth
-MAX_NAMED = 4  # columns that a cause names
+MAX_NAMED_COLUMNS = 4  # columns that a cause names
 
 
 def sensor_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
@@ -180,8 +180,8 @@ def _largest(sizes: Mapping[str, float]) -> dict[str, float]:
 def _enumerate(words: Iterable[str]) -> str:
     """'a, b and 2 more'."""
     every = list(words)
-    more = f" and {len(every) - MAX_NAMED} more" if len(every) > MAX_NAMED else ""
-    return ", ".join(every[:MAX_NAMED]) + more
+    more = f" and {len(every) - MAX_NAMED_COLUMNS} more" if len(every) > MAX_NAMED_COLUMNS else ""
+    return ", ".join(every[:MAX_NAMED_COLUMNS]) + more
 
 
 def _text(size: float, unit: str) -> str:

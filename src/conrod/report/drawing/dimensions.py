@@ -11,9 +11,10 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pin_points
+from conrod.mechanism.units import MM
 from conrod.report import numbers
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.view import MM, View
+from conrod.report.drawing.view import View
 
 INK = "#8a2b2b"
 # Distances of a dimension line from its link, as shares of the drawing's size; negative on the link's right side.

@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Pose
+from conrod.mechanism.units import MM
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
 from conrod.report.drawing import machine_parts as parts
 from conrod.report.drawing.dimensions import draw_dimensions
 from conrod.report.drawing.links import draw_joints, draw_links
 from conrod.report.drawing.machine_parts import Labels
-from conrod.report.drawing.view import MM, View, reached_points
+from conrod.report.drawing.view import View, reached_points
 from conrod.scenes import Scene
 
 # Share of a pass to draw the machine at: in its middle links often lie in line or over each other.

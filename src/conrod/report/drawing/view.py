@@ -24,9 +24,8 @@ from conrod.mechanism.mechanism import (
     joint_partner,
     to_world,
 )
+from conrod.mechanism.units import MM
 from conrod.report.drawing.machine_parts import Labels
-
-MM = 1e3
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from conrod.execution.runner import Runner, Runs
 from conrod.mechanism.units import check_count
 from conrod.report.findings import Findings, text_of_call
 from conrod.studies.ablate.findings import AblationStudy
-from conrod.studies.ablate.report import KIND
+from conrod.studies.ablate.report import ABLATE_REPORT
 from conrod.studies.ablate.study import CostCase, ablate_engine, ablation_study
 
 ROUNDS = 200
@@ -65,4 +65,4 @@ def ablate(
     }
     given = engine_names_given(engines)
     call = text_of_call("ablate", list(chosen), steps_per_rev=steps_per_rev, rounds=rounds, engines=given)
-    return Findings(KIND, parts, call)
+    return Findings(ABLATE_REPORT, parts, call)

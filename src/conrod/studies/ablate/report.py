@@ -143,7 +143,7 @@ def verdict(study: AblationStudy) -> str:
     return f"{study.name}: {found}"
 
 
-KIND = Kind(
+ABLATE_REPORT = Kind(
     name="ablate",
     findings=AblationStudy,
     title=lambda study: study.title,

@@ -15,7 +15,8 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import ModelIngredients, require_capability
 from conrod.engines.engine import default_steps
 from conrod.engines.variants import Ingredient
-from conrod.execution.case import QUANTITIES, Measurement, Results, Study
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import Measurement, Results, Study
 from conrod.execution.paired_timing import ROUNDS, PairedTiming, time_settings_pair
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.execution.run import RunCase, clamp_to_span

@@ -35,10 +35,10 @@ def ablate(scenes: tuple[str, ...], asked: AblateOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.ablate.api import ablate
-    from conrod.studies.ablate.report import KIND
+    from conrod.studies.ablate.report import ABLATE_REPORT
 
     chosen = select_scenes(scenes, asked.assignments)
-    files = check_outputs(KIND, chosen, asked)
+    files = check_outputs(ABLATE_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = ablate(chosen, steps_per_rev=asked.steps_per_rev, rounds=asked.rounds, engines=asked.engine, runs=runs)
     files.answer(found, "ablate", scenes)

@@ -23,7 +23,7 @@ from conrod.execution.result import presets_study
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
-from conrod.studies.forces.report import KIND
+from conrod.studies.forces.report import FORCES_REPORT
 from conrod.studies.forces.results import GROUPS, ForceStudy
 from conrod.studies.forces.study import ForceCase, ForcePlan
 
@@ -88,7 +88,7 @@ def forces(
         revolutions=words["revolutions"],
         tolerance=tolerance,
     )
-    return Findings(KIND, {study.name: study for study in found}, call, baseline=compared)
+    return Findings(FORCES_REPORT, {study.name: study for study in found}, call, baseline=compared)
 
 
 def check_quantities(names: Sequence[str] | None, scenes: Mapping[str, Scene]) -> tuple[str, ...]:

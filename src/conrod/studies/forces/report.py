@@ -94,7 +94,7 @@ def results_to_print(found: Sequence[ForceStudy]) -> Iterator[PrintedPart]:
     yield from (f"tolerance: {reason}" for reason in reasons(result for one in found for result in one.results))
 
 
-KIND = Kind(
+FORCES_REPORT = Kind(
     name="forces",
     findings=ForceStudy,
     title=lambda found: found.scene.title,

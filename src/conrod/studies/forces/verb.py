@@ -33,11 +33,11 @@ def forces(scenes: tuple[str, ...], asked: ForcesOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.forces.api import REVOLUTIONS, check_quantities, forces
-    from conrod.studies.forces.report import KIND
+    from conrod.studies.forces.report import FORCES_REPORT
 
     chosen = select_scenes(scenes, asked.assignments)
     quantities = check_quantities(names_in(asked.quantity), chosen)
-    files = check_outputs(KIND, chosen, asked)
+    files = check_outputs(FORCES_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = forces(
             chosen,

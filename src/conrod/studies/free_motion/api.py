@@ -17,8 +17,8 @@ from conrod.execution.runner import Runner, Runs
 from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
 from conrod.studies.free_motion.plan import MotionPlan, initial_grid
-from conrod.studies.free_motion.report import KIND
-from conrod.studies.free_motion.results import QUANTITIES, MotionStudy
+from conrod.studies.free_motion.report import FREE_MOTION_REPORT
+from conrod.studies.free_motion.results import FREE_MOTION_QUANTITIES, MotionStudy
 from conrod.studies.free_motion.study import motion_study
 
 SHORTEST_RUN, LONGEST_RUN, SHORTEST_STEP = 0.01, 1000.0, 1e-7  # [s]
@@ -53,7 +53,7 @@ def free_motion(
     check_number("--seconds", longest, SHORTEST_RUN, LONGEST_RUN, "s")
     if step is not None:
         check_number("--step", step, SHORTEST_STEP, longest, "s")
-    allowed = None if tolerance is None else check_tolerance(tolerance, QUANTITIES)
+    allowed = None if tolerance is None else check_tolerance(tolerance, FREE_MOTION_QUANTITIES)
     plan = MotionPlan("torque" if torque else "free", seconds, step, allowed)
     if seconds is not None:
         initial_grid(plan, seconds)
@@ -71,4 +71,4 @@ def free_motion(
         preset=preset,
         tolerance=tolerance,
     )
-    return Findings(KIND, {study.name: study for study in found}, call)
+    return Findings(FREE_MOTION_REPORT, {study.name: study for study in found}, call)

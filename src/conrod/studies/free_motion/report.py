@@ -12,7 +12,7 @@ from conrod.report.results import results_table, scene_summary, scene_verdict
 from conrod.report.table import Table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.free_motion import plan
-from conrod.studies.free_motion.results import MAX_EXACT_DRIFT, QUANTITIES, MotionResult, MotionStudy
+from conrod.studies.free_motion.results import FREE_MOTION_QUANTITIES, MAX_EXACT_DRIFT, MotionResult, MotionStudy
 
 # -- words -----------------------------------------------------------------------------------------------------------
 
@@ -89,7 +89,7 @@ def figures(studies: Iterable[MotionStudy]) -> list[Figure]:
 
 
 def _largest_errors(result: MotionResult) -> dict[str, float | None]:
-    return {name: result.largest(name) for name in QUANTITIES}
+    return {name: result.largest(name) for name in FREE_MOTION_QUANTITIES}
 
 
 def results_to_print(studies: Sequence[MotionStudy]) -> Iterator[PrintedPart]:
@@ -98,7 +98,7 @@ def results_to_print(studies: Sequence[MotionStudy]) -> Iterator[PrintedPart]:
     yield from (f"{study.name}: {loads_words(study)} {exact_words(study)}" for study in studies)
 
 
-KIND = Kind(
+FREE_MOTION_REPORT = Kind(
     name="motion",
     findings=MotionStudy,
     title=lambda study: study.scene.title,

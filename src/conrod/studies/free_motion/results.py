@@ -11,7 +11,7 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.execution.result import Result, SceneResults
 
-QUANTITIES = ("position", "energy")
+FREE_MOTION_QUANTITIES = ("position", "energy")
 # Error of the exact motion's energy balance up to which the exact motion is fit to judge by.
 MAX_EXACT_DRIFT = 1e-11
 

@@ -23,7 +23,7 @@ from conrod.scenes import Scene
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, observed_positions
 from conrod.studies.free_motion.plan import FREE, POSITION_TOLERANCE, STEP_DIVISORS, MotionPlan, drives_crank
 from conrod.studies.free_motion.results import (
-    QUANTITIES,
+    FREE_MOTION_QUANTITIES,
     ExactSummary,
     MotionCurves,
     MotionResult,
@@ -131,7 +131,7 @@ class MotionCase(EngineCase[MotionResult]):
 
     study: ClassVar[str] = "motion"
     kind: ClassVar[type[Any]] = MotionResult
-    quantities: ClassVar[tuple[str, ...]] = QUANTITIES
+    quantities: ClassVar[tuple[str, ...]] = FREE_MOTION_QUANTITIES
     version: ClassVar[int] = 5  # a run on another branch has errors, as all have that complete
 
     plan: MotionPlan

@@ -35,11 +35,11 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.mechanism.units import parse_quantity
     from conrod.studies.free_motion.api import free_motion
-    from conrod.studies.free_motion.report import KIND
-    from conrod.studies.free_motion.results import QUANTITIES
+    from conrod.studies.free_motion.report import FREE_MOTION_REPORT
+    from conrod.studies.free_motion.results import FREE_MOTION_QUANTITIES
 
     chosen = select_scenes(scenes, asked.assignments)
-    files = check_outputs(KIND, chosen, asked)
+    files = check_outputs(FREE_MOTION_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = free_motion(
             chosen,
@@ -48,7 +48,7 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
             step=None if asked.step is None else parse_quantity("--step", asked.step, "s"),
             engines=asked.engine,
             preset=asked.preset,
-            tolerance=tolerance_in(asked.tolerance, QUANTITIES),
+            tolerance=tolerance_in(asked.tolerance, FREE_MOTION_QUANTITIES),
             runs=runs,
         )
     files.answer(found, "free", scenes)

@@ -19,7 +19,7 @@ from conrod.report.findings import Findings, text_of_call
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import Axis, scale_coordinate
 from conrod.studies.limits.plan import SEARCHES, check_applicable, plan_limits, pursue_plans
-from conrod.studies.limits.report import KIND
+from conrod.studies.limits.report import LIMITS_REPORT
 from conrod.studies.limits.results import LimitStudy
 
 
@@ -59,7 +59,7 @@ def limits(
     call = text_of_call(
         "limits", list(chosen), axes=items, span=span, engines=engine_names_given(engines), preset=preset
     )
-    return Findings(KIND, {study.name: study for study in studies}, call)
+    return Findings(LIMITS_REPORT, {study.name: study for study in studies}, call)
 
 
 def span_of(axis: Axis, ends: tuple[float, float]) -> tuple[float, float]:

@@ -250,7 +250,7 @@ AXIS_TABLE = (
         "nose-radius", "Nose radius towards zero", "nose radius [mm]", Scale.LOG,
         lambda setup, value: setup.case_of_variant(machines.with_nose_radius(setup, value)),
         29.0, 0.01, (0.001, 1e6), machines.cam_refusal,
-        ends=lambda setup: ((setup.scene.parameters["nose_radius"] / machines.MM, 0.01),),
+        ends=lambda setup: ((setup.scene.parameters["nose_radius"] / machines.MILLIMETRE, 0.01),),
         text=lambda setup, value: f"{value:.3g} mm",
     ),
 )  # fmt: skip

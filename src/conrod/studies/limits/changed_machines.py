@@ -15,7 +15,7 @@ from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 from conrod.scenes.cam_follower import FLANK_RADIUS_ROUNDING
 from conrod.studies.limits.case import Setup
 
-MM = 1e-3  # [m]
+MILLIMETRE = 1e-3  # [m]
 MAX_CACHED_SCENES = 16
 
 # -- masses and units ------------------------------------------------------------------------------------------------
@@ -152,7 +152,7 @@ def numbered_permutation(elements: Sequence[Element], number: int) -> tuple[Elem
 
 # -- cams ------------------------------------------------------------------------------------------------------------
 
-MIN_FLANK_EXCESS = FLANK_RADIUS_ROUNDING / MM  # [mm]
+MIN_FLANK_EXCESS = FLANK_RADIUS_ROUNDING / MILLIMETRE  # [mm]
 MAX_ONE_CIRCLE_EXCESS = MIN_FLANK_EXCESS * 1.001  # [mm]; up to here a cam is one circle, in spite of rounding
 PRELOAD = "preload"  # parameter: force on the follower / (its mass x largest downward acceleration at the speed)
 
@@ -160,13 +160,13 @@ PRELOAD = "preload"  # parameter: force on the follower / (its mass x largest do
 def flank_excess(setup: Setup) -> float:
     """Excess [mm] of the scene's flank radius over the least one."""
     assert isinstance(setup.scene, CamFollower)
-    return (setup.scene.flank_radius - setup.scene.least_flank_radius) / MM
+    return (setup.scene.flank_radius - setup.scene.least_flank_radius) / MILLIMETRE
 
 
 def with_flank_excess(setup: Setup, excess: float) -> Scene:
     """Return the cam whose flank radius is the least one plus an excess [mm]."""
     assert isinstance(setup.scene, CamFollower)
-    over = excess * MM if excess > MAX_ONE_CIRCLE_EXCESS else 0.0
+    over = excess * MILLIMETRE if excess > MAX_ONE_CIRCLE_EXCESS else 0.0
     return setup.variant(flank_radius=setup.scene.least_flank_radius + over)
 
 
@@ -180,7 +180,7 @@ def flank_refusal(setup: Setup) -> str | None:
 def with_nose_radius(setup: Setup, radius: float) -> Scene:
     """Return the cam with a nose radius [mm], and the same lift and least flank radius."""
     assert isinstance(setup.scene, CamFollower)
-    nose = radius * MM
+    nose = radius * MILLIMETRE
     return setup.variant(nose_radius=nose, centre_distance=setup.scene.full_lift + setup.scene.base_radius - nose)
 
 

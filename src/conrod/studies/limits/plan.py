@@ -10,7 +10,8 @@ from typing import Any
 
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
-from conrod.execution.case import QUANTITIES, Measurement, Results, Study, pursue
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import Measurement, Results, Study, pursue
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.scenes import Scene
 from conrod.studies.limits.axes import AXES

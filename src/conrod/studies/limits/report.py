@@ -144,7 +144,7 @@ def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
         yield from (f"Not walked: {line}" for line in tables.refusal_lines(study.walks))
 
 
-KIND = Kind(
+LIMITS_REPORT = Kind(
     name="limits",
     findings=LimitStudy,
     title=lambda study: study.title,

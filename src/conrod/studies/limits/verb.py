@@ -48,10 +48,10 @@ def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.limits.api import limits
-    from conrod.studies.limits.report import KIND
+    from conrod.studies.limits.report import LIMITS_REPORT
 
     chosen, span = select_scenes(scenes, asked.assignments), None if asked.span is None else _span(asked.span)
-    files = check_outputs(KIND, chosen, asked)
+    files = check_outputs(LIMITS_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = limits(chosen, axes=asked.axes, span=span, engines=asked.engine, preset=asked.preset, runs=runs)
     # Limits of a run are given too: they decide how some end.

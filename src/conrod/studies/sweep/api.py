@@ -23,7 +23,7 @@ from conrod.studies.sweep.findings import SweepStudy
 from conrod.studies.sweep.prior import shipped_sweeps
 from conrod.studies.sweep.recommend import Answer, check_tolerances, recommendation_studies
 from conrod.studies.sweep.recommendation_report import Advice, advice_of
-from conrod.studies.sweep.report import KIND
+from conrod.studies.sweep.report import SWEEP_REPORT
 from conrod.studies.sweep.study import plan_sweep, sweep_scene
 
 
@@ -45,7 +45,7 @@ def sweep(
     with Runner.open(runs or Runs()) as runner:
         studies = runner.pursue([sweep_scene(plan, runner.time) for plan in plans])
     call = text_of_call("sweep", list(chosen), grid=grid, engines=engine_names_given(engines))
-    return Findings(KIND, {study.name: study for study in studies}, call)
+    return Findings(SWEEP_REPORT, {study.name: study for study in studies}, call)
 
 
 def recommend(
@@ -90,4 +90,4 @@ def findings_of(
     allowed = check_tolerances(tolerance)
     found = advice_of(*scene, allowed, answers)
     call = text_of_call("recommend", scene[0], tolerance=allowed, engines=engines)
-    return Findings(recommendation.KIND, {scene[0]: found}, call)
+    return Findings(recommendation.RECOMMENDATION_REPORT, {scene[0]: found}, call)

@@ -92,7 +92,7 @@ def verdict(found: Advice) -> str:
     return distrust_words(found) or "; ".join(one["lines"][0].rstrip(":") for one in found.answers.values())
 
 
-KIND = Kind(
+RECOMMENDATION_REPORT = Kind(
     name="recommendation",
     findings=Advice,
     title=lambda found: found.title,

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 
 from conrod.engines import engine_style
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.charts.canvas import (
     NORMS,
@@ -192,7 +192,7 @@ def verdict(study: SweepStudy) -> str:
     return f"{study.name}: {found}".replace("**", "")
 
 
-KIND = Kind(
+SWEEP_REPORT = Kind(
     name="sweep",
     findings=SweepStudy,
     title=lambda study: study.title,

@@ -21,7 +21,8 @@ from conrod.engines.capabilities import (
 )
 from conrod.engines.engine import CUSTOM
 from conrod.engines.variants import PRESETS_GRID, Grid, SettingsRule, step_counts
-from conrod.execution.case import QUANTITIES, Results, Study
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import Results, Study
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.execution.run import RunCase
 from conrod.execution.timing import Timing, machine_fingerprint

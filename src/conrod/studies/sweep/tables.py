@@ -10,7 +10,7 @@ from itertools import groupby
 from conrod.comparison.convergence import ObservedOrder
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.engine import STOCK
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title
 from conrod.report.table import Table, table

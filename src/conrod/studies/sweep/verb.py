@@ -34,11 +34,11 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
     from conrod.engines.variants import grid_named
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.sweep.api import sweep
-    from conrod.studies.sweep.report import KIND
+    from conrod.studies.sweep.report import SWEEP_REPORT
 
     chosen = select_scenes(scenes, asked.assignments)
     grid_named(asked.grid)
-    files = check_outputs(KIND, chosen, asked)
+    files = check_outputs(SWEEP_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = sweep(chosen, grid=asked.grid, engines=asked.engine, runs=runs)
     files.answer(found, "sweep", scenes)
@@ -79,12 +79,12 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     from conrod.execution.writing import single_file, write_together
     from conrod.studies.sweep.api import cheapest_settings, findings_of
     from conrod.studies.sweep.recommend import Recommendation
-    from conrod.studies.sweep.recommendation_report import KIND
+    from conrod.studies.sweep.recommendation_report import RECOMMENDATION_REPORT
 
     name, chosen = select_scene(scene, asked.assignments)
     engines = choose_engines(asked.engine)
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
-    files = check_outputs(KIND, [name], asked, wanted)
+    files = check_outputs(RECOMMENDATION_REPORT, [name], asked, wanted)
     able = {one.name: capability(one, ModelFile) for one in engines}
     writers = {name: made for name, made in able.items() if not isinstance(made, MissingCapability)}
     if asked.model and not writers:

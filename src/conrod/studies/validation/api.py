@@ -24,7 +24,7 @@ from conrod.execution.result import Plan
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
-from conrod.studies.validation.report import KIND
+from conrod.studies.validation.report import VALIDATION_REPORT
 from conrod.studies.validation.results import SceneStudy
 from conrod.studies.validation.study import validation_study
 
@@ -89,7 +89,7 @@ def validate(
         tolerance=tolerance,
         qualify=qualify,
     )
-    return Findings(KIND, {study.name: study for study in found}, call, baseline=compared)
+    return Findings(VALIDATION_REPORT, {study.name: study for study in found}, call, baseline=compared)
 
 
 def _study(

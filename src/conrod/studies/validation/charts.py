@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.report.charts.canvas import (
     NORMS,
     add_legend_above,

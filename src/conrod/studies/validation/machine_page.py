@@ -100,7 +100,7 @@ def _curve_path(line: PanelCurve, heights: Array) -> str:
 
 
 DASHES = ("", "6 3", "2 3", "8 3 2 3")  # of an engine's presets, in their order
-QUANTITIES = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration": ("m/s²", 1.0)}
+PAGE_UNITS = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration": ("m/s²", 1.0)}
 
 
 def machine_html(part: Part[SceneStudy], anchor: str) -> str:
@@ -164,7 +164,7 @@ def _panels(machine: MovingMachine) -> list[Markup]:
     scene, at, found = machine.study.scene, machine.still / POSES, list[Markup]()
     motion = scene.motion(machine.angles[::2], scene.speed).point(scene.output)
     along, ends = np.linspace(0.0, 1.0, len(machine.angles[::2])), machine.ends
-    for quantity, (unit, factor) in QUANTITIES.items():
+    for quantity, (unit, factor) in PAGE_UNITS.items():
         values = factor * getattr(motion, quantity)
         exact = [PanelCurve(along, values[:, k], -1, f'class="{name}"') for k, name in enumerate("xy")]
         found.append(panel_svg(f"{quantity} of {scene.output} [{unit}]: x, and y dashed", exact, ends, at))

@@ -18,8 +18,7 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.run import run_with_recorders
-from conrod.exact.motion import Array
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution.prediction import Prediction, merged_misfit, reference_misfit
 from conrod.execution.result import Plan, run_refinement_path
 from conrod.scenes import Scene

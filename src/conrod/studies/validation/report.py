@@ -169,7 +169,7 @@ def unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
     return table(("machine", "engine", "why"), found)
 
 
-KIND = Kind(
+VALIDATION_REPORT = Kind(
     name="validation",
     findings=SceneStudy,
     title=lambda study: study.scene.title,

@@ -8,8 +8,7 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from conrod.exact.motion import Array
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution.result import AS_ASKED, Result, SceneResults, misfit_words
 
 Mode = Literal["kinematic", "dynamic"]

@@ -9,8 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.comparison.compare import QUANTITIES as COMPARED_QUANTITIES
-from conrod.comparison.compare import size_of
+from conrod.comparison.compare import COMPARED_QUANTITIES, size_of
 from conrod.comparison.outcome import joint_gaps
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine

@@ -8,7 +8,7 @@ from functools import partial
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
-from conrod.execution.case import QUANTITIES
+from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.results import distrusted_scenes, engine_and_preset, results_table
 from conrod.report.table import Cell, ColouredCell, Table, table

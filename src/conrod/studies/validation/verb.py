@@ -36,7 +36,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scenes
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.studies.validation.api import REVOLUTIONS, validate
-    from conrod.studies.validation.report import KIND
+    from conrod.studies.validation.report import VALIDATION_REPORT
     from conrod.user_files.endings import FILES
 
     if spatial := [name for name in scenes if name in (*MACHINES, SPATIAL)]:
@@ -49,7 +49,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
         options.refuse_old_spelling(click.get_current_context())
     chosen = select_scenes(scenes, asked.assignments)
     dossier = None
-    files = check_outputs(KIND, chosen, asked)
+    files = check_outputs(VALIDATION_REPORT, chosen, asked)
     if asked.verification is None:
         refuse(asked, "no --verification", *MEASUREMENTS)
     else:

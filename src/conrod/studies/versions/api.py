@@ -10,7 +10,7 @@ from conrod.errors import InvalidInput, as_names
 from conrod.execution.resolve_arguments import Scenes, scenes_by_name
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings, text_of_call
-from conrod.studies.versions.report import KIND
+from conrod.studies.versions.report import VERSIONS_REPORT
 from conrod.studies.versions.study import VersionStudy, release_cases, versions_study
 
 DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam-follower")
@@ -39,4 +39,4 @@ def versions(
     cases = release_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
     with Runner.open(runs) as runner:
         study = versions_study(made, chosen, cases, runner.run_in_release)
-    return Findings(KIND, {engine: study}, text_of_call("versions", engine, releases=releases))
+    return Findings(VERSIONS_REPORT, {engine: study}, text_of_call("versions", engine, releases=releases))

@@ -132,7 +132,7 @@ def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
         yield from unsupported_lines(study)
 
 
-KIND = Kind(
+VERSIONS_REPORT = Kind(
     name="versions",
     findings=VersionStudy,
     title=lambda study: engine_style(study.engine).title,

@@ -15,7 +15,8 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import KnownReleases, require_capability
 from conrod.engines.engine import run_extent
 from conrod.errors import InvalidInput
-from conrod.execution.case import QUANTITIES, Measurement
+from conrod.exact.motion import QUANTITIES
+from conrod.execution.case import Measurement
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.execution.releases import VersionCase
 from conrod.scenes import Scene

@@ -33,11 +33,11 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     from conrod.engines import engine_named
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.versions.api import DEFAULT_SCENES, versions
-    from conrod.studies.versions.report import KIND
+    from conrod.studies.versions.report import VERSIONS_REPORT
 
     engine_named(engine)
     chosen = select_scenes(scenes or DEFAULT_SCENES, asked.assignments)
-    files = check_outputs(KIND, [engine], asked)
+    files = check_outputs(VERSIONS_REPORT, [engine], asked)
     with asked.runs() as runs:
         found = versions(engine, chosen, releases=names_in(asked.versions), runs=runs)
     files.answer(found, "versions", {engine: engine}, {"": scenes})
