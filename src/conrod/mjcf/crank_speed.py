@@ -38,4 +38,4 @@ class CrankSpeed:
             allowed: share of the speed that the mean may be off by.
         """
         mean, *ends = (abs(own / speed - 1.0) for own in (self.mean, self.least, self.most))
-        return not mean <= allowed or not max(ends) <= max(MAX_SPEED_SWING, allowed)
+        return not (mean <= allowed and all(end <= max(MAX_SPEED_SWING, allowed) for end in ends))
