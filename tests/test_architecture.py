@@ -128,6 +128,14 @@ def test_imports_go_down_the_floors() -> None:
     ]
 
 
+@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "docs/design.md"])
+def test_pages_name_the_floors_as_they_are_checked(page: str) -> None:
+    words = " ".join((ROOT.parents[1] / page).read_text(encoding="utf-8").split())
+    assert f"`{FLOORS}`" in words
+    # Negative control: floors with a room of another name.
+    assert f"`{FLOORS.replace('execution', 'runs')}`" not in words
+
+
 def test_nothing_that_belongs_to_a_room_lies_at_the_root() -> None:
     assert {path.stem for path in ROOT.glob("*.py")} == AT_THE_ROOT
     assert {path.name for path in ROOT.iterdir() if path.is_dir() and any(path.glob("*.py"))} <= {*LEVEL}

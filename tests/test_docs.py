@@ -6,7 +6,7 @@ import ast
 import importlib.util
 import re
 import runpy
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+from conrod.engines.mujoco import MUJOCO_PRESETS
+from conrod.engines.pymunk import PYMUNK_PRESETS
 from conrod.mechanism.units import UNIT_EXAMPLES
+from conrod.studies.limits.axes import AXES
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
+SOURCE = ROOT / "src" / "conrod"
+ROOMS = sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
 MADE = {"benchmarks/results.json"}  # written by a command, not committed
 PAGES = sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md")])
 REPORTS = sorted((ROOT / "reports").rglob("*.md"))
@@ -49,12 +54,40 @@ def test_files_and_modules_that_a_page_names_exist(page: Path) -> None:
     words = text(page)
     for path in re.findall(r"`((?:src|tests|docs|audits|benchmarks|golden)/[\w./-]+)`", words):
         assert (ROOT / path).exists() or "NAME" in path or path in MADE, path
-    for path in re.findall(
-        r"`((?:mechanism|exact|scenes|runs|engines|studies|own|mjcf|report|cli)/[\w/]+\.py)`", words
-    ):
-        assert (ROOT / "src" / "conrod" / path).exists(), path
+    for path in re.findall(rf"`((?:{'|'.join(ROOMS)})/[\w/]+\.py)`", words):
+        assert (SOURCE / path).exists(), path
     for module in re.findall(r"^from (conrod(?:\.\w+)*) import", words, re.MULTILINE):
         assert importlib.util.find_spec(module), module
+
+
+def unknown_names(words: str) -> list[str]:
+    """Names of functions, classes and tables in a page that stand nowhere in the code."""
+    code = [*(ROOT / "src").rglob("*.py"), *(ROOT / "tests").rglob("*.py"), ROOT / "pyproject.toml", ROOT / "Makefile"]
+    known = {word for file in code if file != Path(__file__) for word in re.findall(r"\w+", text(file))}
+    named = re.findall(r"`([A-Za-z_][\w.]*)(?:\([^`]*\))?`", words)
+    return [name for name in named if "NAME" not in name and name.split(".")[-1] not in known]
+
+
+def test_names_in_contributing_stand_in_the_code() -> None:
+    page = text(ROOT / "CONTRIBUTING.md")
+    assert unknown_names(page) == []
+    # Negative control: a name as it was before a renaming.
+    assert unknown_names(page.replace("`bench.with_edits`", "`bench.with_edits_as_before`")) == [
+        "bench.with_edits_as_before"
+    ]
+
+
+def missing_rows(page: Path, names: Iterable[str]) -> list[str]:
+    """Names without a row of a table that begins with them."""
+    rows = set(re.findall(r"^\| `([\w-]+)`", text(page), re.MULTILINE))
+    return [name for name in names if name not in rows]
+
+
+def test_every_axis_and_preset_has_its_row() -> None:
+    assert missing_rows(DOCS / "limits.md", AXES) == []
+    assert missing_rows(DOCS / "validation.md", {**MUJOCO_PRESETS, **PYMUNK_PRESETS}) == []
+    # Negative control: a name without a row.
+    assert missing_rows(DOCS / "limits.md", ["steps", "sideways"]) == ["sideways"]
 
 
 def test_the_readme_is_short_and_its_python_runs(capsys: pytest.CaptureFixture[str]) -> None:

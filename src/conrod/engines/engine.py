@@ -1,8 +1,8 @@
 """The core that every engine has: settings, presets, and runs at constant crank speed.
 
 All else that an engine can do is a capability (`conrod.engines.capabilities`). A preset's name, rule, tolerances and
-line style are one `Preset` in the table of its engine; no other part of conrod knows a preset by name, except `STOCK`
-and `CUSTOM`.
+line style are one `Preset` in the table of its engine; no study of scenes knows a preset by name, except `STOCK` and
+`CUSTOM`.
 """
 
 from __future__ import annotations
