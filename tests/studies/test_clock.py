@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import os
+import platform
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -20,8 +23,14 @@ from conrod.engines.engine import run_extent
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
 from conrod.exact.motion import Array
-from conrod.execution.paired_timing import PairedTiming, time_settings_pair
-from conrod.execution.timing import MAX_REPEAT_REVOLUTIONS, REFERENCE_STEPS, STEPS_PER_CALL, time_run
+from conrod.execution.paired_timing import PairedTiming, time_settings_pair, time_stepper_pair
+from conrod.execution.timing import (
+    MAX_REPEAT_REVOLUTIONS,
+    REFERENCE_STEPS,
+    STEPS_PER_CALL,
+    machine_fingerprint,
+    time_run,
+)
 from conrod.scenes import catalogue_scene
 from conrod.studies.ablate.findings import Effect, Evidence, IngredientVerdict, ingredient_verdict
 
@@ -38,6 +47,7 @@ class FakeEngine:
     def __init__(self, *costs: int, dearer: float = 0.0) -> None:
         self.costs, self.dearer, self.now = list(costs), dearer, 0
         self.made, self.referred = list[list[int]](), list[int]()  # steps of each call
+        self.given = list[tuple[Any, Any]]()  # machine and settings of each stepper
 
     def has_capability(self, kind: type[Any]) -> bool:
         return isinstance(self, kind)
@@ -48,6 +58,7 @@ class FakeEngine:
     def stepper(self, machine: object, settings: Any) -> Callable[[int], None]:
         self.now += 50 * REFERENCE_COST  # to make a machine takes time, which is in no cost
         self.made.append(calls := list[int]())
+        self.given.append((machine, settings))
         more = 1.0 + self.dearer * (settings.preset == "tuned")
 
         def advance(steps: int) -> None:
@@ -78,13 +89,52 @@ def test_the_least_of_the_repeats_counts_as_a_ratio_to_a_step_of_the_reference_l
     assert found.ratio == found.seconds_per_revolution / found.reference_seconds
     # Once to warm up, and once just before each repeat.
     assert engine.referred == [REFERENCE_STEPS] * 4
+    assert engine.given == [(SAW, MuJoCoSettings.stock(SAW, 1000))]
+    assert found.machine == machine_fingerprint()
+
+
+def test_an_engine_without_a_stepper_is_not_timed() -> None:
+    engine: Any = SimpleNamespace(name="mine", has_capability=lambda kind: False)
+    assert time_run(engine, SAW, MuJoCoSettings.stock(SAW, 100)) is None
+
+
+@pytest.mark.parametrize(
+    ("cpuinfo", "named", "expected"),
+    [
+        ("processor\t: 0\nmodel name\t: Fast: 9 \nmodel name\t: other\n", "x86", "Fast: 9"),
+        ("processor\t: 0\n", "x86", "x86"),
+        (None, "x86", "x86"),  # no such file
+        (None, "", "aarch64"),
+    ],
+)
+def test_a_machine_is_told_by_processor_cores_and_python(
+    monkeypatch: pytest.MonkeyPatch, cpuinfo: str | None, named: str, expected: str
+) -> None:
+    def read(path: Path, encoding: str) -> str:
+        assert (str(path), encoding) == ("/proc/cpuinfo", "utf-8")
+        if cpuinfo is None:
+            raise FileNotFoundError(path)
+        return cpuinfo
+
+    monkeypatch.setattr(Path, "read_text", read)
+    monkeypatch.setattr(platform, "processor", lambda: named)
+    monkeypatch.setattr(platform, "machine", lambda: "aarch64")
+    monkeypatch.setattr(platform, "python_version", lambda: "3.11.9")
+    monkeypatch.setattr(os, "cpu_count", lambda: 6)
+    assert machine_fingerprint.__wrapped__() == f"{expected}, 6 cores, Python 3.11.9"
 
 
 @pytest.mark.parametrize(("machine", "within"), [(catalogue_scene("swinging-four-bar"), True), (SAW, False)])
 def test_a_cost_is_that_of_steps_within_a_pass(machine: Any, within: bool) -> None:
     engine: Any = FakeEngine(1000)
-    time_run(engine, machine, engine_named("pymunk").presets["tuned"](machine, 200), clock=engine.clock)
-    assert (max(map(sum, engine.made)) <= 200 * run_extent(machine, 200, 1.0)[1] + 0.5) is within
+    settings = engine_named("pymunk").presets["tuned"](machine, 200)
+    found: Any = time_run(engine, machine, settings, clock=engine.clock)
+    length = round(200 * run_extent(machine, 200, 1.0)[1])
+    assert (max(map(sum, engine.made)) <= length) is within
+    # A step costs 1 us, so a repeat of 5 ms takes 5000 steps in whole passes or turns.
+    assert found.steps == math.ceil(5000 / length) * length
+    assert found.seconds_per_revolution == pytest.approx(200e-6, rel=1e-12)
+    assert engine.given == [(machine, settings)] * len(engine.given)
 
 
 def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
@@ -113,13 +163,113 @@ def test_a_pass_is_made_anew_in_every_block_and_never_driven_beyond_its_end() ->
     engine = FakeEngine(10 * REFERENCE_COST, dearer=0.5)
     found = paired(engine, catalogue_scene("swinging-four-bar"), 2000)
     assert found.ratio == pytest.approx(3.0, rel=0.01)  # of a revolution, with twice as many steps
+    assert {machine.kind for machine, _ in engine.given} == {"swinging-four-bar"}
+    assert {settings.preset for _, settings in engine.given} == {"tuned", "stock"}
     assert found.other_seconds == pytest.approx(1000 * 1e-8 * REFERENCE_COST, rel=1e-4)
     assert set(map(sum, engine.made)) == {194, 388}
     # Negative control: what turns goes on and on, in the same two machines.
     engine = FakeEngine(10 * REFERENCE_COST)
     paired(engine, SAW)
-    assert len(engine.made) == 2
+    assert engine.given == [(SAW, preset(SAW, 1000)) for preset in (MuJoCoSettings.tuned, MuJoCoSettings.stock)]
     assert min(map(sum, engine.made)) > 1000
+
+
+@pytest.mark.parametrize(
+    ("cost", "passes"),
+    [
+        (100, 26),  # 194 steps are 19.4 us: 26 of them last half a millisecond
+        (100_000, 1),  # 19.4 ms, longer than half a millisecond
+        (1_000_000, 1),  # 194 ms, longer than a block may last
+    ],
+)
+def test_a_block_has_the_fewest_passes_that_last_long_enough(cost: int, passes: int) -> None:
+    engine = FakeEngine(cost)
+    assert paired(engine, catalogue_scene("swinging-four-bar")).ratio == pytest.approx(1.0, rel=1e-12)
+    # Three passes of each tell how many to take; then come ten rounds of blocks of both.
+    assert len(engine.made) == 2 * 3 + 2 * 10 * passes
+
+
+@pytest.mark.parametrize(
+    ("cost", "dearer", "passes"),
+    [
+        # Half a millisecond of the cheaper one takes 26 passes; 25.5 of the dearer one's, of 1.96 ms, last 50 ms.
+        (100, 100.0, 26),
+        (200, 100.0, 13),
+        (1000, 1000.0, 1),  # of which one pass takes longer than a block may last
+    ],
+)
+def test_a_block_of_the_dearer_setting_bounds_how_many_passes_both_make(cost: int, dearer: float, passes: int) -> None:
+    engine = FakeEngine(cost, dearer=dearer)
+    paired(engine, catalogue_scene("swinging-four-bar"))
+    assert len(engine.made) == 2 * 3 + 2 * 10 * passes
+
+
+@pytest.mark.parametrize(
+    ("cost", "steps"),
+    [
+        (1000, 2000),  # of 1 us: a block of 2 ms
+        (100_000_000, 1),  # of 0.1 s, longer than a block may last
+        (0, 1 << 30),  # which no clock sees: as many as a block may have
+    ],
+)
+def test_a_block_of_what_turns_lasts_two_milliseconds(cost: int, steps: int) -> None:
+    engine = FakeEngine(cost)
+    found = paired(engine, SAW)
+    # Each block of the ten rounds is one call of either stepper; the warm-up comes before.
+    assert [calls[-10:] for calls in engine.made] == [[steps] * 10] * 2
+    assert max(map(max, engine.made)) <= max(steps, 64_000)
+    assert found.rounds == 10
+    assert (found.seconds, found.other_seconds) == pytest.approx((1e-6 * cost, 1e-6 * cost), rel=1e-12)
+
+
+def test_both_settings_are_warmed_up_and_the_block_of_the_faster_one_is_not_too_short() -> None:
+    # Steps of 10 us and 1 us. Blocks of 1, 2, .. 256 steps take 5.11 ms of the slower, and 18 more of 256 make 50 ms.
+    # A block of 2 ms of the slower would be 0.2 ms of the faster, which is to last 0.5 ms.
+    engine = FakeEngine(1000, dearer=9.0)
+    paired(engine, SAW)
+    assert [calls[-11:] for calls in engine.made] == [[256] + [500] * 10] * 2
+    assert [len(calls) for calls in engine.made] == [9 + 18 + 10] * 2
+
+
+def test_both_steppers_take_turns_in_going_first() -> None:
+    order = list[str]()
+
+    def make(name: str) -> Callable[[int], None]:
+        return lambda steps: order.append(name)
+
+    time_stepper_pair(lambda: make("one"), lambda: make("other"), rounds=3, clock=lambda: 1000 * len(order))
+    # Three pairs of one round each, though four are usual; warmed up until 4096 steps, a thousandth of a block each.
+    assert order[-2:] == ["one", "other"]
+    assert order.count("one") == order.count("other") == 3 * (13 + 1)
+
+
+def test_a_step_is_timed_against_a_step_by_four_pairs_of_steppers() -> None:
+    engine = FakeEngine(1000, dearer=1.0)
+    makers = [lambda p=preset: engine.stepper(SAW, SimpleNamespace(preset=p)) for preset in ("tuned", "stock")]
+    found = time_stepper_pair(makers[0], makers[1], rounds=6, clock=engine.clock)
+    # Steps of 2 us and 1 us; the dearer one's fill a block of 2 ms. Pairs share six rounds: 2, 2, 1 and 1.
+    assert [settings.preset for _, settings in engine.given] == ["tuned", "stock"] * 4
+    blocks = [sum(steps == 1000 for steps in calls) for calls in engine.made]
+    assert blocks == [2, 2, 2, 2, 1, 1, 1, 1]
+    assert (found.seconds, found.other_seconds, found.rounds) == pytest.approx((2e-6, 1e-6, 6), rel=1e-12)
+    assert found.ratio == pytest.approx(2.0, rel=1e-9)
+
+
+def test_a_paired_timing_is_the_median_of_its_rounds_with_an_interval_of_ranks() -> None:
+    spent = np.array([[3.0, 1.0], [1.0, 1.0], [10.0, 2.0], [4.0, 2.0], [4.0, 1.0], [7.0, 1.0], [12.0, 2.0]]) * 1e6
+    # Ratios 1, 2, 3, 4, 5, 6, 7. (7 - 1.96 sqrt 7) / 2 = 0.907: the interval begins at the first and ends at the last.
+    found = PairedTiming.from_rounds(spent)
+    assert found == PairedTiming(*(pytest.approx(one) for one in (4.0, 1.0, 7.0, 1e-3, 1e-3)), 7)
+    # Of 27 rounds with ratios 1 to 27: (27 - 1.96 sqrt 27) / 2 = 8.41, so the ninth from either end.
+    many = np.column_stack([np.arange(27.0, 0.0, -1.0), np.ones(27)]) * 1e6
+    found = PairedTiming.from_rounds(many)
+    assert found == PairedTiming(*(pytest.approx(one) for one in (14.0, 9.0, 19.0, 1e-3, 1e-3)), 27)
+    # One round is its own interval, and a clock that has not moved tells nothing.
+    assert PairedTiming.from_rounds(np.zeros((1, 2))) == PairedTiming(1.0, 1.0, 1.0, 0.0, 0.0, 1)
+
+
+def test_an_inverse_timing_exchanges_the_settings() -> None:
+    assert PairedTiming(2.0, 1.6, 4.0, 6e-3, 3e-3, 24).inverse == PairedTiming(0.5, 0.25, 0.625, 3e-3, 6e-3, 24)
 
 
 @pytest.mark.parametrize(

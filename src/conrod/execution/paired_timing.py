@@ -126,26 +126,28 @@ def time_settings_pair(
     """
     each, make = (settings, other), require_capability(engine, TimedStepping).stepper
     if machine.kinematics.mechanism.driver.span is None:
-        steps = [one.steps_per_revolution for one in each]
         # The shortest stretch of a turn that is whole steps of both.
-        parts = math.gcd(*steps)
-        blocks = [partial(_cpu_time, make(machine, one), n // parts, clock) for one, n in zip(each, steps, strict=True)]
+        parts = math.gcd(*(one.steps_per_revolution for one in each))
+        blocks = [partial(_cpu_time, make(machine, one), one.steps_per_revolution // parts, clock) for one in each]
         units, lengths = _warm_up(blocks, WARM_UP_TIME, MIN_BLOCK_TIME), [1.0 / parts] * 2
     else:
         # Passes in steps of different length end by up to a step apart: that is in the length of each.
         lengths = [run_extent(machine, one.steps_per_revolution, 1.0)[1] for one in each]
-
-        def passes(settings: Settings, steps: int, count: int) -> int:
-            # Made before the clock is looked at, and in one place of the memory or another: nothing favours either.
-            made = [make(machine, settings) for _ in range(count)]
-            return sum(_cpu_time(stepper, steps, clock, 1) for stepper in made)
-
-        steps = [max(1, round(n * one.steps_per_revolution)) for one, n in zip(each, lengths, strict=True)]
-        blocks = [partial(passes, *pair) for pair in zip(each, steps, strict=True)]
+        blocks = [partial(_time_passes, make, machine, one, clock) for one in each]
         # To make a machine takes longer than its pass: the processor is awake after one.
         times = [1e-9 * max(1, min(block(1) for _ in range(TRIAL_PASSES))) for block in blocks]
         units = math.ceil(min(MIN_BLOCK_TIME / min(times), max(1.0, MAX_BLOCK_TIME / max(times))))
     return PairedTiming.from_rounds(_time_alternately(blocks, units, rounds) / (units * np.array(lengths)))
+
+
+def _time_passes(
+    make: Callable[[Machine, Settings], Stepper], machine: Machine, settings: Settings, clock: Clock, count: int
+) -> int:
+    """CPU time [ns] of `count` passes, each with a stepper of its own."""
+    steps = round(settings.steps_per_revolution * run_extent(machine, settings.steps_per_revolution, 1.0)[1])
+    # Made before the clock is looked at, and in one place of the memory or another: nothing favours either.
+    made = [make(machine, settings) for _ in range(count)]
+    return sum(_cpu_time(stepper, steps, clock, 1) for stepper in made)
 
 
 def _cpu_time(stepper: Stepper, unit: int, clock: Clock, count: int) -> int:

@@ -55,11 +55,13 @@ def time_run(
         return None
     reference, advance = made.reference_loop(), made.stepper(machine, settings)
     turns, turn = machine.kinematics.mechanism.driver.span is None, settings.steps_per_revolution
-    length = max(1, round(turn * run_extent(machine, turn, 1.0)[1]))  # a revolution, or the pass
+    length = round(turn * run_extent(machine, turn, 1.0)[1])  # a revolution, or the pass
     reference(REFERENCE_STEPS)
     first = min(length, STEPS_PER_CALL)
     warm_up = _cpu_time([(advance, first)], clock)
-    runs = max(1, min(MAX_REPEAT_REVOLUTIONS, math.ceil(1e9 * MIN_REPEAT_TIME / max(1.0, warm_up * length / first))))
+    # [ns]; a clock too coarse to see a revolution does not ask for endlessly many.
+    turn_time = max(warm_up * length / first, 1e9 * MIN_REPEAT_TIME / MAX_REPEAT_REVOLUTIONS)
+    runs = math.ceil(1e9 * MIN_REPEAT_TIME / turn_time)
     steps = runs * length
     references, spent = list[int](), list[int]()
     for _ in range(REPEATS):
