@@ -64,8 +64,8 @@ lowest: $(LOWEST)/.ready ## the tests of command line, runs and engines with the
 	    tests/mechanism tests/exact/test_exact_dynamics.py
 
 lint: $(READY)
-	$(BIN)/ruff check src audits tests benchmarks golden
-	$(BIN)/ruff format --check src audits tests benchmarks golden
+	$(BIN)/ruff check src audits tests benchmarks
+	$(BIN)/ruff format --check src audits tests benchmarks
 
 types: $(READY)
 	$(BIN)/mypy
@@ -91,10 +91,10 @@ verification: $(READY) ## the examples of verification reports: rewrite reports/
 	    --uncertainty offset=0.05mm --uncertainty measured=0.01mm --verification hacksaw.html
 
 golden: $(READY) ## compare today's results with the golden ones, to 1e-13: after a change that should change none
-	$(BIN)/python -m golden check
+	$(BIN)/python -m tests.golden check
 
 golden-write: $(READY) ## make today's results the golden ones, of the groups named: make golden-write GROUPS="scenes limits"
-	$(BIN)/python -m golden write $(GROUPS)
+	$(BIN)/python -m tests.golden write $(GROUPS)
 
 bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; about ten minutes on an idle machine
 	$(BIN)/python -m benchmarks

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from golden import extract, perform, store
-from golden.__main__ import DATA, check_answers, main
-from golden.compare import compare
-from golden.perform import records_of
-from golden.record import Record
-from golden.tasks import Task, all_tasks
+from tests.golden import extract, perform, store
+from tests.golden.__main__ import DATA, check_answers, main
+from tests.golden.compare import compare
+from tests.golden.perform import records_of
+from tests.golden.record import Record
+from tests.golden.tasks import Task, all_tasks
 
 Records = dict[str, Record]
 PENDULUM = next(task for task in all_tasks() if (task.group, task.name) == ("exact", "pendulum"))
@@ -53,7 +53,7 @@ def test_the_command_says_by_its_exit_status_that_a_golden_digit_is_not_met(
     pendulum: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
-    monkeypatch.setattr("golden.__main__.DATA", tmp_path)
+    monkeypatch.setattr("tests.golden.__main__.DATA", tmp_path)
     assert main(["check", "exact/pendulum"]) == 0
     assert "0 out; records: 0 missing, 0 added" in capsys.readouterr().out
     heading = "tip.vy [m/s]"

@@ -156,10 +156,10 @@ def test_a_full_device_is_said_and_is_no_verdict() -> None:
 
 
 def test_helpers_that_judge_end_so_too(tmp_path: Path) -> None:
-    for module in ("golden", "audits", "benchmarks"):
+    for module in ("tests.golden", "audits", "benchmarks"):
         code = f"""
 import sys, runpy
-sys.argv = [{module!r}, *{["check"] if module == "golden" else []!r}]
+sys.argv = [{module!r}, *{["check"] if module == "tests.golden" else []!r}]
 import argparse
 argparse.ArgumentParser.parse_args = lambda *_: 1 / 0
 runpy.run_module({module!r}, run_name="__main__", alter_sys=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from golden.record import Record, Value
+from tests.golden.record import Record, Value
 
 # Of |a| or the unit of a number: some 450 of its last digits, room for another machine's order of summation.
 TOLERANCE = 1e-13

@@ -17,12 +17,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from golden.record import Record, leaves
+from tests.golden.record import Record, leaves
 
 Records = Iterator[tuple[str, Record]]
 Entry = Mapping[str, Any]
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 NORMALISED = 1.0
 
 

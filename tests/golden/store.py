@@ -15,7 +15,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from golden.record import Record
+from tests.golden.record import Record
 
 Group = dict[str, dict[str, Any]]
 # Environment of the commands: OpenBLAS takes the kernels for AVX2, in one thread, numpy none for more than AVX2.

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
-from golden import extract
-from golden.record import Record
-from golden.store import KERNELS
-from golden.tasks import FROM_LEDGER, Task
+from tests.golden import extract
+from tests.golden.record import Record
+from tests.golden.store import KERNELS
+from tests.golden.tasks import FROM_LEDGER, Task
 
 LONGEST = 900.0  # [s] of a command
 BAD_USAGE = 2  # the exit status of what is refused: there is no file then

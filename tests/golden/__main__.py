@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from conrod.crash import run_guarded
-from golden import store
-from golden.compare import Comparison, compare
-from golden.perform import Answers, make_ledger, perform, source
-from golden.record import Record
-from golden.tasks import Task, all_tasks
+from tests.golden import store
+from tests.golden.compare import Comparison, compare
+from tests.golden.perform import Answers, make_ledger, perform, source
+from tests.golden.record import Record
+from tests.golden.tasks import Task, all_tasks
 
 DATA = Path(__file__).parent / "data"
 SHOWN = 5  # names of a kind
@@ -21,7 +21,7 @@ SHOWN = 5  # names of a kind
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Check or write the records of the groups or tasks that are named."""
-    parser = argparse.ArgumentParser(prog="python -m golden", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.golden", description=__doc__)
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="commands at a time [2]")
     doing = parser.add_subparsers(dest="doing", required=True)
     check = doing.add_parser("check", help="compare today's records with the golden ones")
