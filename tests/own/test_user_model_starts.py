@@ -213,6 +213,24 @@ def test_a_run_whose_loops_stay_open_is_opened(first: float, last: float, outcom
     assert not study.passed  # a run that snaps shut was open all the same
 
 
+FOOT = '<body name="foot"><freejoint/><geom size="0.1"/></body></worldbody>'
+SOFT_WELD = '<weld name="fast" body1="foot" solref="0.012 1"/></equality>'  # sags by 0.15 mm under the foot's weight
+
+
+def test_a_weld_that_the_crank_does_not_move_is_not_judged(tmp_path: Path) -> None:
+    unstarted = re.sub(r"(?s)<keyframe>.*</keyframe>", "", SAW)
+    foot = replaced(replaced(unstarted, "</worldbody>", FOOT), "</equality>", SOFT_WELD)
+    study = judged_saw(tmp_path, foot, ALLOWED)
+    assert study.passed
+    assert study.own.opening < 1e-5
+    # Negative control: the same softness in the loop counts.
+    soft = re.sub(
+        r'(<connect name="slider-pin"[^>]*?)solref="[^"]*"( solimp="[^"]*")?', r'\1solref="0.012 1"', unstarted
+    )
+    assert soft != unstarted
+    assert judged_saw(tmp_path, soft, ALLOWED).own.opening > 1e-4
+
+
 # -- limits, contacts and points ---------------------------------------------------------------------------------------
 
 

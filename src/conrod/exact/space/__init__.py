@@ -179,11 +179,21 @@ class SpatialTree:
     @cached_property
     def loop_joints(self) -> tuple[SpatialJoint, ...]:
         """Joints that closures depend on: on the path between a closure's two points, or in its sums."""
-        rates = set[int]()
-        for closure in self.closures:
-            between = [{joint.rate for joint in self.joints_above[point.body]} for point in closure.points]
-            rates |= set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
+        rates = set[int]().union(*map(self._loop_rates, self.closures))
         return tuple(joint for joint in self.joints if joint.rate in rates)
+
+    def _loop_rates(self, closure: SpatialClosure) -> set[int]:
+        """Rates that a closure depends on, as numbers of their joints' first rates."""
+        between = [{joint.rate for joint in self.joints_above[point.body]} for point in closure.points]
+        return set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
+
+    def closures_linked_to(self, joint: SpatialJoint) -> frozenset[str]:
+        """Names of the closures that depend on a joint, or on a joint that such a closure depends on, and so on."""
+        rates, linked = {joint.rate}, set[str]()
+        while found := [c for c in self.closures if c.name not in linked and rates & self._loop_rates(c)]:
+            linked |= {closure.name for closure in found}
+            rates = rates.union(*map(self._loop_rates, found))
+        return frozenset(linked)
 
 
 # -- coordinates and displacements -------------------------------------------------------------------------------------

@@ -180,11 +180,16 @@ class SceneBench:
         crank = CrankSpeed(mean, float(rate.min()), float(rate.max()), farthest)
         # What stands in a closed pose is exact there, which says nothing of a motion.
         closed = (
-            max((float(gap[0]) for gap in run.violations.values()), default=0.0)
+            max((float(gap[0]) for gap in self.machine_gaps(run)), default=0.0)
             <= MIN_NAMED_OPENING * turning.machine.tree.extent
         )
         stands = crank.is_still and closed
         return (replace(found, errors=None) if stands else found), crank
+
+    def machine_gaps(self, run: LoopRecording) -> list[Array]:
+        """Violations (K,) [m] of the closures that the crank moves; what else the file ties together is not judged."""
+        machine = self.turning.machine.tree.closures_linked_to(self.turning.crank)
+        return [gap for name, gap in run.violations.items() if name in machine]
 
     def instants(self, run: LoopRecording) -> Instants:
         """Times, crank angle and its rates, in the document's frame."""
@@ -207,7 +212,7 @@ class SceneBench:
             for name in self.points
         }
         verdict, errors = RunVerdict(run.outcome, run.reason), None
-        gap = max((float(gap.max()) for gap in run.violations.values()), default=0.0)
+        gap = max((float(gap.max()) for gap in self.machine_gaps(run)), default=0.0)
         opening = self.frame.unit * gap / max(self.exact.lengths.values())
         if run.outcome is Outcome.COMPLETED:
             verdict = next(self._endings(run, tracks), verdict)
@@ -244,7 +249,7 @@ class SceneBench:
             if outward.max() > MAX_CONTACT_GAP * travel:
                 yield RunVerdict(Outcome.LOST_CONTACT, f"the follower is up to {outward.max():.3g} m off the cam")
         late = len(run.times) // 2
-        opened = max((max(*(gap - gap[0]), *gap[late:]) for gap in run.violations.values()), default=0.0)
+        opened = max((max(*(gap - gap[0]), *gap[late:]) for gap in self.machine_gaps(run)), default=0.0)
         if self.frame.unit * opened > MAX_JOINT_GAP * travel:
             yield RunVerdict(Outcome.OPENED, f"a closure is open by up to {1e3 * self.frame.unit * opened:.3g} mm")
         worst = int(np.argmax(size := np.linalg.norm(off, axis=2).max(axis=0)))
