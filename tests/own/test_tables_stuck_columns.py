@@ -49,6 +49,8 @@ NOISE = 1e-3 * (-1.0) ** np.arange(100)
      "Q.x stands still in 2 stretches, 22 of 100 rows"),
     ({"P_x": EXACT["P.x"][np.arange(100) // 25 * 25]},
      "P.x is held at one value for rows on end, in 100 of 100 rows"),
+    ({"P_x": np.where(TIMES < 1.5, with_value("P.x", slice(20, 30), 0.1), with_value("P.x", slice(30, 40), 0.1001))},
+     "P.x is held at one value for rows on end, in 20 of 100 rows"),
     # Noise from half of the rows on.
     ({"P_y": np.where(np.arange(100) < 50, EXACT["P.y"], 0.25 + NOISE)},
      "P.y is frozen at 0.25 m but for 0.002 m from 2.5 s on"),

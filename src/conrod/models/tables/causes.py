@@ -281,7 +281,7 @@ def _fit_stamp(name: str, table: TableComparison) -> float | None:
     """Time [s] by which a quantity's values belong later than their rows say, by least squares.
 
     Returns:
-        None where no shift within half a turn makes the difference smaller.
+        None where the best shift is at half a turn, the end of what is tried.
     """
     period, still = table.scene.period, table.normalised_differences(name).ravel()
 
@@ -295,8 +295,7 @@ def _fit_stamp(name: str, table: TableComparison) -> float | None:
     found = least_squares(
         errors, [0.0], jac="3-point", bounds=bounds, xtol=SOLVER_TOLERANCE, ftol=SOLVER_TOLERANCE, gtol=SOLVER_TOLERANCE
     )
-    within = abs(found.x[0]) < 0.99 * MAX_STAMP_PERIODS
-    return float(found.x[0]) * period if within and found.cost < 0.5 * float(still @ still) else None
+    return float(found.x[0]) * period if abs(found.x[0]) < 0.99 * MAX_STAMP_PERIODS else None
 
 
 def _steps_words(by: float, table: TableComparison) -> str:

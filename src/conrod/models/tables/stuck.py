@@ -45,7 +45,7 @@ def replace_stuck(table: TableComparison, stuck: Mapping[str, Mask]) -> TableCom
 def drop_stuck(table: TableComparison, stuck: Mapping[str, Mask]) -> TableComparison:
     """Drop columns that are stuck in most rows, then all rows with a stuck column."""
     kept = {name: values for name, values in table.values.items() if not (name in stuck and stuck[name].mean() > 0.5)}
-    rows = ~np.any([stuck[name] for name in stuck if name in kept] or [np.zeros(len(table.times), bool)], axis=0)
+    rows = ~np.any([stuck[name] for name in stuck if name in kept] or [np.zeros(len(table.times))], axis=0)
     return replace(table, values={name: values[rows] for name, values in kept.items()})
 
 
@@ -72,7 +72,7 @@ def _stuck_mask(values: Array, exact: Array) -> Mask:
         return stuck  # it has nowhere to go
     steps = np.abs(np.diff(values))
     moving = steps > SAME_VALUE_TOLERANCE * float(np.abs(values).max())
-    digit = float(steps[moving].min(initial=np.inf)) if moving.any() else 0.0
+    digit = float(steps[moving].min()) if moving.any() else 0.0
     edges = np.flatnonzero(np.concatenate([[True], moving, [True]]))
     for begin, end in pairwise(edges):
         by = float(np.ptp(exact[begin:end]))
