@@ -51,7 +51,7 @@ class EngineConformance:
 
     # -- what it says of itself ------------------------------------------------------------------------------------
 
-    def test_it_has_a_name_a_version_and_presets_with_a_rule(self) -> None:
+    def test_engine_has_name_version_and_preset_rules(self) -> None:
         assert self.engine.name
         assert self.engine.version
         assert self.engine.presets
@@ -61,7 +61,7 @@ class EngineConformance:
             assert json.loads(json.dumps(settings.as_dict())), "settings are plain values: they are part of a run's key"
             assert hash(settings) == hash(self.engine.presets[name](_, settings.steps_per_revolution))
 
-    def test_what_it_cannot_do_it_refuses_with_a_reason(self) -> None:
+    def test_engine_refuses_scenes_with_a_reason(self) -> None:
         preset = judged_preset(self.engine)
         for name in (*SCENES, *catalogue_names()):
             scene = SCENES[name] if name in SCENES else scene_named(name)
@@ -70,7 +70,7 @@ class EngineConformance:
 
     # -- the start and the stamps --------------------------------------------------------------------------------------
 
-    def test_it_starts_exact_where_it_is_told_to(self) -> None:
+    def test_run_starts_exactly_at_the_given_angle(self) -> None:
         for name, scene, settings in self._settings():
             first = self._run(scene, settings, 2.0 / settings.steps_per_revolution)
             assert first.bodies is not None
@@ -106,7 +106,7 @@ class EngineConformance:
 
     # -- the motion ----------------------------------------------------------------------------------------------------
 
-    def test_it_turns_the_way_it_is_driven_in_metres(self) -> None:
+    def test_motion_follows_the_drive_in_sense_and_metres(self) -> None:
         for name, scene, settings in self._settings():
             for sense in (1.0, -1.0):
                 driven = scene.with_parameters(speed=sense * scene.speed)
@@ -123,13 +123,13 @@ class EngineConformance:
                     same = np.array_equal(tracks.position.values, other.points[point].position.values)
                     assert same, f"{name}: {point} has other bits {how}"
 
-    def test_a_run_that_fails_is_data(self) -> None:
+    def test_failed_run_has_outcome_and_reason(self) -> None:
         for name, scene, _ in self._settings():
             run = self._run(scene, self.engine.presets[name](scene, 2), 4.0)
             assert isinstance(run.outcome, Outcome), f"{name}: an outcome of the closed list"
             assert (run.outcome is Outcome.COMPLETED) == (not run.reason), f"{name}: the reason of an outcome"
 
-    def test_its_own_constraints_place_the_machine(self) -> None:
+    def test_constraints_of_the_engine_place_the_machine(self) -> None:
         solver = capability(self.engine, KinematicMode)
         if isinstance(solver, MissingCapability):
             pytest.skip(solver.reason)

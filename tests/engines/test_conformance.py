@@ -118,7 +118,7 @@ MISTAKES: dict[str, tuple[Any, ...]] = {
         Mistaken("acceleration", half_a_step_early),
     ),
     "test_each_sample_carries_its_instant": (LawfulEngine(late=1),),
-    "test_it_turns_the_way_it_is_driven_in_metres": (
+    "test_motion_follows_the_drive_in_sense_and_metres": (
         Mistaken("position", lambda values: 1e3 * values),
         Mistaken("position", lambda values: values * np.array([1.0, -1.0])),
     ),
@@ -126,11 +126,11 @@ MISTAKES: dict[str, tuple[Any, ...]] = {
         Mistaken("position", noisy),
         Mistaken("position", lambda values: values + 1e-12 * len(values)),
     ),
-    "test_it_starts_exact_where_it_is_told_to": (StartsElsewhere(),),
-    "test_a_run_that_fails_is_data": (Raises(),),
-    "test_what_it_cannot_do_it_refuses_with_a_reason": (NoReason(),),
-    "test_its_own_constraints_place_the_machine": (WrongPlaces(),),
-    "test_it_has_a_name_a_version_and_presets_with_a_rule": (NoVersion(),),
+    "test_run_starts_exactly_at_the_given_angle": (StartsElsewhere(),),
+    "test_failed_run_has_outcome_and_reason": (Raises(),),
+    "test_engine_refuses_scenes_with_a_reason": (NoReason(),),
+    "test_constraints_of_the_engine_place_the_machine": (WrongPlaces(),),
+    "test_engine_has_name_version_and_preset_rules": (NoVersion(),),
 }
 
 
