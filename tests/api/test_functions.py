@@ -129,7 +129,7 @@ def test_findings_are_pickled(name: str, found: Any) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_findings_are_shown_in_a_notebook_without_harm(name: str, found: Any) -> None:
+def test_findings_in_a_notebook_escape_hostile_names(name: str, found: Any) -> None:
     answer = found(name)
     assert html.escape(answer.verdict.split()[0]) in answer._repr_html_()
     hostile = replace(
@@ -145,9 +145,7 @@ def _with_verdict(kind: Any, verdict: str) -> Any:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_findings_are_written_as_a_folder_that_is_rendered_again_and_as_a_page(
-    name: str, found: Any, tmp_path: Path
-) -> None:
+def test_findings_are_written_as_page_or_rerenderable_folder(name: str, found: Any, tmp_path: Path) -> None:
     answer = found(name)
     page = answer.write(tmp_path / "report")
     assert page.parent == tmp_path / "report"
@@ -166,7 +164,7 @@ def test_findings_are_written_as_a_folder_that_is_rendered_again_and_as_a_page(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_call_that_a_report_prints_is_one_of_the_api(name: str, found: Any) -> None:
+def test_call_in_a_report_is_one_of_the_api_with_all_options(name: str, found: Any) -> None:
     (statement,) = ast.parse(found(name).call).body
     assert isinstance(statement, ast.Expr)
     assert isinstance(statement.value, ast.Call)
@@ -195,7 +193,7 @@ def test_a_defect_is_out_of_tolerance(folder: Path) -> None:
     assert opened.passed is False
 
 
-def test_several_scenes_are_findings_by_name(folder: Path) -> None:
+def test_findings_on_several_scenes_are_held_by_name(folder: Path) -> None:
     own = conrod.scene("saw-40rpm", crank="90 mm")
     several = {"one": SCENES["saw-40rpm"], "another": own}
     answer = conrod.validate(several, **QUICK, runs=Runs(ledger=folder / "ledger.sqlite", jobs=1))
@@ -214,7 +212,7 @@ def test_scenes_of_one_kind_have_findings_each(tmp_path: Path) -> None:
     assert [f"{name}: None of" in done.stdout for name in parts] == [True, True]
 
 
-def test_a_model_is_linted_and_hardened_as_the_commands_do(tmp_path: Path) -> None:
+def test_lint_and_harden_do_as_their_commands_do(tmp_path: Path) -> None:
     report = conrod.lint(MODEL, seconds=0.01, ignore=("soft-closure",))
     assert report.model == str(MODEL)
     hardened = conrod.harden(mujoco.MjSpec.from_file(str(MODEL)), seconds=0.02, write=True)
@@ -227,7 +225,7 @@ def test_a_model_is_linted_and_hardened_as_the_commands_do(tmp_path: Path) -> No
     assert np.abs(compiled.body_invweight0 - before).max() > 0.0
 
 
-def test_a_scene_is_exported_as_the_command_does(tmp_path: Path) -> None:
+def test_export_returns_what_the_command_prints(tmp_path: Path) -> None:
     for kind in ("mjcf", "csv"):
         assert conrod.export("saw-40rpm", kind) == typed("export", "saw-40rpm", "--format", kind).stdout
     own = conrod.scene("saw-40rpm", crank="90 mm")
@@ -235,7 +233,7 @@ def test_a_scene_is_exported_as_the_command_does(tmp_path: Path) -> None:
     assert str(conrod.export("bennett")).startswith("<mujoco")
 
 
-def test_the_progress_of_runs_is_given_to_whoever_asks(folder: Path) -> None:
+def test_progress_of_runs_is_given_to_a_callback(folder: Path) -> None:
     seen: list[tuple[str, str]] = []
 
     def watch(description: str, usual: str) -> Any:
@@ -292,7 +290,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_used_is_invalid_input_of_one_line(
+def test_unusable_argument_raises_invalid_input_of_one_line(
     case: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -304,7 +302,7 @@ def test_what_cannot_be_used_is_invalid_input_of_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_each_function_is_tried_here() -> None:
+def test_each_function_of_the_api_has_a_case() -> None:
     # Negative control: a function that is added has its case.
     in_api = {name for module, names in conrod._PUBLIC.items() if module.startswith("conrod.api.") for name in names}
     tried = {*CALLS, "check", *(case.split(",")[0] for case in REFUSED)}

@@ -118,7 +118,7 @@ def report(capsys: pytest.CaptureFixture[str]) -> Callable[[str], None]:
     return say
 
 
-def test_what_is_planted_is_executed_by_who_looks_for_it(tmp_path: Path) -> None:
+def test_planted_payload_is_executed_when_loaded(tmp_path: Path) -> None:
     # Negative control.
     mark = tmp_path / "executed"
     planted(tmp_path, mark)
@@ -129,7 +129,7 @@ def test_what_is_planted_is_executed_by_who_looks_for_it(tmp_path: Path) -> None
     assert mark.exists()
 
 
-def test_models(arena: Path, report: Callable[[str], None]) -> None:
+def test_mutated_models_are_answered_or_refused_in_one_line(arena: Path, report: Callable[[str], None]) -> None:
     cases = [
         (base, f"{SEED} {k}", models.VERBS[k // len(models.MODELS) % len(models.VERBS)], arena)
         for k, base in zip(range(MODELS), len(models.MODELS) * MODELS * [*models.MODELS], strict=False)
@@ -218,7 +218,7 @@ def ended(future: Future[models.End], case: Any) -> models.End:
         return models.End(end.status, end.wrong, sum(os.times()[2:4]) - before)
 
 
-def test_kills_of_a_sweep(arena: Path, report: Callable[[str], None]) -> None:
+def test_killed_sweep_loses_no_run_and_no_report(arena: Path, report: Callable[[str], None]) -> None:
     chance, ledger, out = random.Random(f"kills {SEED}"), arena / "l.sqlite", arena / REPORT
     assert begun(*SWEEP[:-1], "undisturbed.sqlite").wait() == 0
     wanted, kills = kept(arena / "undisturbed.sqlite"), 0
@@ -258,7 +258,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {str(file.relative_to(folder)): file.read_bytes() for file in folder.rglob("*") if file.is_file()}
 
 
-def test_faults_in_cells(arena: Path, report: Callable[[str], None]) -> None:
+def test_fault_in_a_case_costs_that_case_alone(arena: Path, report: Callable[[str], None]) -> None:
     limits: Any = {"timeout": tasks.TIMEOUT, "memory": tasks.MEMORY}
     with Ledger.open(arena / "l.sqlite") as ledger, LocalProcesses(2, **limits) as executor:
         tasks.check_that_faults_cost_their_own_cells(80, ledger, executor)

@@ -32,14 +32,14 @@ from conrod.scenes import ShearPress, catalogue_scene
 # -- the documents ---------------------------------------------------------------------------------------------------
 
 
-def test_an_unknown_document_and_a_table_without_a_column_are_refused_by_name() -> None:
+def test_audit_refuses_unknown_document_or_missing_column() -> None:
     with pytest.raises(InvalidInput, match="000, 001, 002, 004"):
         audit("003")
     with pytest.raises(InvalidInput, match="no column 'unit'"):
         list(items_of("mine", "key,place,line,quantity,condition,printed,mechanism\n"))
 
 
-def test_one_set_of_constants_cut_short_reproduces_all_other_cells_and_whole_constants_do_not() -> None:
+def test_only_truncated_constants_reproduce_the_press_cells() -> None:
     rows = press.table()
     degrees = np.array([float(row["theta_deg"]) for row in rows])
     misprints = {("ayG", "130"), ("ayG", "230")}
@@ -93,7 +93,7 @@ def test_a_planted_wrong_value_never_agrees(document: str, name: str, cases: dic
         assert after.printed != before.printed
 
 
-def test_slips_of_the_cam_paper_are_met_by_one_row_of_its_tables_and_by_no_other() -> None:
+def test_each_slip_of_the_cam_paper_matches_one_row_alone() -> None:
     flanks = (88.0, 98.0, 108.0, 118.0)
     values = [abs(float(c.series(c.joint_c, "nose")[2, 0])) for c in (ArcCam(36.0, rho) for rho in flanks)]
     assert [PrintedNumber("217,314").is_rounding_of(value) for value in values] == [False, False, True, False]
@@ -106,7 +106,7 @@ def test_slips_of_the_cam_paper_are_met_by_one_row_of_its_tables_and_by_no_other
     assert found == [(88.0, 162.228)]
 
 
-def test_a_number_of_a_lost_polygon_that_others_do_not_support_is_called_lost() -> None:
+def test_unsupported_number_of_lost_polygon_is_not_reproducible() -> None:
     # A millimetre and a half of the drawing more than what is printed.
     item = next(i for i in shipped_items("001", "module.csv") if i.key == "6.15-vxc")
     found = [
@@ -116,7 +116,7 @@ def test_a_number_of_a_lost_polygon_that_others_do_not_support_is_called_lost() 
     assert found == [VerdictKind.AFTER_ROUNDING, VerdictKind.NOT_REPRODUCIBLE]
 
 
-def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> None:
+def test_pressure_angle_lies_between_follower_and_centre_line() -> None:
     cam = cams()[4]
     angle = 150.0
     sine = (cam.flank - cam.base) * math.sin(math.radians(angle - cam.joint_b)) / (cam.flank + 9.0)
@@ -128,7 +128,7 @@ def test_the_pressure_angle_is_that_between_follower_and_line_of_centres() -> No
 # -- linkages whose drawings are lost ------------------------------------------------------------------------------
 
 
-def test_the_six_bar_keeps_its_printed_lengths_and_its_instant_is_a_motion() -> None:
+def test_six_bar_has_printed_lengths_and_consistent_velocities() -> None:
     bar = SixBar()
     place = {**bar.places, "X": bar.auxiliary}
     for (a, b), length in {("O12", "A"): 0.2, ("A", "B"): 0.53, ("D", "B"): 0.53, ("B", "C"): 0.29, ("C", "D"): 0.45,
@@ -140,12 +140,12 @@ def test_the_six_bar_keeps_its_printed_lengths_and_its_instant_is_a_motion() -> 
     assert abs(float(bar.velocities["D"] @ np.array([-bar.slide[1], bar.slide[0]]))) < 1e-12
 
 
-def test_no_pose_of_the_six_bar_gives_the_printed_velocity_polygon() -> None:
+def test_no_six_bar_pose_gives_the_printed_velocity_polygon() -> None:
     # A millimetre of the drawing is 0.2 m/s.
     assert least_misfit() > 0.9
 
 
-def test_the_rack_linkage_has_the_catalogues_speeds_and_tangential_accelerations() -> None:
+def test_rack_linkage_speeds_and_accelerations_match_catalogue() -> None:
     scene, linkage = catalogue_scene("rack-and-wheel"), RackLinkage()
     points = scene.motion([0.0], scene.speed).points
     b, c = points["B"], points["C"]
@@ -176,7 +176,7 @@ NEAR_MISSES = (Explanation("pi = 3.14", 2.3551), Explanation("pi = 22/7", 2.3449
     (2.40, {"reading": 0.1}, VerdictKind.AFTER_ROUNDING),
     (2.40, {"causes": NEAR_MISSES, "wrong_steps": NEAR_MISSES[1:]}, VerdictKind.NOT_REPRODUCIBLE),
 ])  # fmt: skip
-def test_each_kind_of_verdict_is_reached_and_only_by_what_reproduces_the_print(
+def test_each_verdict_requires_a_value_that_rounds_to_the_print(
     exact: float, more: dict[str, Any], kind: VerdictKind
 ) -> None:
     assert judge(Case(ITEM, exact, "sum", **more)).kind is kind
@@ -241,14 +241,14 @@ def test_the_committed_report_is_what_the_code_produces(files: dict[str, str]) -
         assert same, f"{name}: make audit"
 
 
-def test_it_is_rendered_again_from_what_it_saved(files: dict[str, str]) -> None:
+def test_audit_report_is_rendered_again_from_saved_findings(files: dict[str, str]) -> None:
     (again,) = render_again(REPORT)
     assert {name: text for name, text in again.files.items() if name.endswith(".md")} == {
         name: text for name, text in files.items() if name.endswith(".md")
     }
 
 
-def test_nothing_in_the_report_is_a_trace_of_rounding(files: dict[str, str]) -> None:
+def test_audit_report_shows_no_trace_of_rounding(files: dict[str, str]) -> None:
     for name, content in files.items():
         if name.endswith((".md", ".json")):
             assert not re.search(r"\de-1[0-9]", content), name

@@ -60,7 +60,7 @@ def test_matlab_divides_two_rows_into_one_number() -> None:
     assert saw_listing.matrix_right_division(a, b) == pytest.approx(float(solved[0]), rel=1e-14)
 
 
-def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> None:
+def test_listing_requires_elementwise_operators_and_radians() -> None:
     found = {(run.speed, run.way): (run.velocity_error, run.acceleration_error) for run in runs()}
     right = "with .*, ./ and .^, the speed typed in rad/s"
     for (_, way), errors in found.items():
@@ -68,7 +68,7 @@ def test_the_listing_is_right_with_elementwise_operators_and_radians_alone() -> 
         assert way == right or min(errors) > 0.3
 
 
-def test_names_that_the_listing_never_assigns_are_told_and_put_right_they_are_not() -> None:
+def test_unassigned_names_of_the_listing_are_found_until_mended() -> None:
     text = listing_names.listing()
     told = {verdict.quantity: (verdict.line, verdict.should_be) for verdict in listing_names.verdicts(text)}
     assert told == {
@@ -93,7 +93,7 @@ def test_a_unit_or_a_name_that_fits_is_not_called_a_misprint() -> None:
     assert module_names._length(replace(length, length="0,66")).kind is VerdictKind.NOT_REPRODUCIBLE
 
 
-def test_senses_and_directions_that_the_module_tells_are_those_of_its_machines() -> None:
+def test_senses_match_the_machines_and_one_direction_does_not() -> None:
     found = {v.quantity: v for v in module_claims.verdicts()}
     assert [found[q].kind for q in ("sense of omega 3", "sense of omega 5", "omega 3 and omega 4")] == [
         VerdictKind.AGREES
