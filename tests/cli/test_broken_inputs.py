@@ -156,7 +156,7 @@ def test_a_report_with_a_changed_index_is_refused_in_a_line(
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_findings_that_do_not_fit_each_other_are_refused_in_a_line(report: Path, tmp_path: Path) -> None:
+def test_inconsistent_findings_are_refused_in_one_line(report: Path, tmp_path: Path) -> None:
     folder = tmp_path / "report"
     shutil.copytree(report, folder)
     data = folder / "data/saw-40rpm-motion.json"
@@ -172,7 +172,7 @@ def test_findings_that_do_not_fit_each_other_are_refused_in_a_line(report: Path,
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_version_with_escapes_commands_nothing(report: Path, tmp_path: Path) -> None:
+def test_escape_characters_of_a_version_reach_no_page(report: Path, tmp_path: Path) -> None:
     folder = tmp_path / "report"
     shutil.copytree(report, folder)
     (results,) = folder.glob("*.json")

@@ -44,7 +44,7 @@ def test_a_model_is_judged_as_the_command_judges_it(tmp_path: Path, capsys: pyte
     assert json.loads(failed.json)["parts"]["the model"]["findings"]["file"] == "the model"
 
 
-def test_a_table_is_judged_from_a_file_from_arrays_and_from_a_frame(tmp_path: Path) -> None:
+def test_table_is_judged_from_a_file_arrays_or_a_data_frame(tmp_path: Path) -> None:
     file = tmp_path / "t.csv"
     file.write_text(csv_text(exact_table(SAW)), encoding="utf-8")
     measured = check(file, SAW)
@@ -106,7 +106,7 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_judged_is_invalid_input(case: str) -> None:
+def test_unusable_subject_or_keyword_raises_invalid_input(case: str) -> None:
     subject, keywords, message = REFUSED[case]
     with pytest.raises(InvalidInput) as refused:
         check(subject, **{"scene": SAW} | keywords)
@@ -114,7 +114,7 @@ def test_what_cannot_be_judged_is_invalid_input(case: str) -> None:
     assert not {"model.mjb", "table.npz"} & set(re.split(r"[/: ]", str(refused.value)))
 
 
-def test_the_documentation_shows_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_examples_of_the_python_page_print_what_they_show(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     page = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
     examples = doctest.DocTestParser().get_doctest(page, {}, "python.md", "docs/python.md", 0)

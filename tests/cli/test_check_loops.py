@@ -59,7 +59,7 @@ MODELS = {
 
 
 @pytest.mark.parametrize("what", MODELS)
-def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(what: str, tmp_path: Path) -> None:
+def test_unusable_model_is_refused_in_one_line_writing_nothing(what: str, tmp_path: Path) -> None:
     text, options, words = MODELS[what]
     file, out, document = written(tmp_path, text, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
     assert words in refusal("check", str(file), *options, "--out", str(out), "--json", str(document))

@@ -36,7 +36,7 @@ def test_an_option_means_the_same_in_every_verb(option: str) -> None:
     assert len({(one.metavar, one.help, one.multiple, one.default, str(one.type)) for one in options}) == 1
 
 
-def test_a_python_of_its_own_prints_the_same_and_ends_with_the_same_status() -> None:
+def test_command_in_its_own_process_has_same_output_and_status() -> None:
     # All other tests run the command line in their own process.
     arguments = (*QUICK, "--tolerance", "position=1e-9")
     alone, here = conrod_process(*arguments), conrod(*arguments)
@@ -45,7 +45,7 @@ def test_a_python_of_its_own_prints_the_same_and_ends_with_the_same_status() -> 
     assert alone.stdout or alone.stderr
 
 
-def test_stock_is_judged_only_where_asked_for_and_exit_status_is_1_out_of_tolerance() -> None:
+def test_stock_is_judged_with_exit_status_only_when_asked() -> None:
     command = ("validate", "saw-40rpm", "--engine", "pymunk", "--preset", "stock")
     assert "measured, not judged" in conrod(*command).stdout
     asked = conrod(*command, "--tolerance", "position=0.1,velocity=0.1")
@@ -56,7 +56,7 @@ def test_stock_is_judged_only_where_asked_for_and_exit_status_is_1_out_of_tolera
     assert "OUT OF TOLERANCE" in exceeded.stdout
 
 
-def test_exported_csv_is_the_exact_trajectory_with_units_and_of_a_pass_from_its_start_to_its_end() -> None:
+def test_exported_csv_has_units_and_the_exact_whole_pass() -> None:
     done = conrod("export", str(FOUR_BAR), "--format", "csv", "--steps-per-rev", "360")
     headings, *rows = csv.reader(io.StringIO(done.stdout))
     assert headings[:4] == ["time [s]", "crank_angle [rad]", "A.x [m]", "A.y [m]"]
@@ -70,7 +70,7 @@ def test_exported_csv_is_the_exact_trajectory_with_units_and_of_a_pass_from_its_
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_path: Path) -> None:
+def test_report_overwrites_an_earlier_report_and_its_results(tmp_path: Path) -> None:
     # Negative control of the refusals above; also of a report behind a link.
     (tmp_path / "real").mkdir()
     (tmp_path / "link").symlink_to("real")
@@ -97,7 +97,7 @@ def test_a_report_is_written_over_an_earlier_one_with_the_results_beside_it(tmp_
         ("os.fsync", OSError(28, "No space left on device"), 2, "No space left on device: "),
     ],
 )
-def test_an_interrupt_no_memory_or_a_full_disk_leaves_nothing_and_says_no_more_than_that(
+def test_stopped_command_leaves_no_file_and_a_short_message(
     name: str, raised: Any, status: int, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def stop(*_: object) -> None:
@@ -114,7 +114,7 @@ def test_an_interrupt_no_memory_or_a_full_disk_leaves_nothing_and_says_no_more_t
 # -- mechanism files, taken where scenes are ---------------------------------------------------------------------------
 
 
-def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
+def test_mechanism_file_is_validated_in_both_engines(tmp_path: Path) -> None:
     file = str(written(tmp_path, SLIDER_CRANK.read_text(), "own.toml"))
     done = conrod("validate", file, "--preset", "tuned", "--steps-per-rev", "100", "--json", "r.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -123,7 +123,7 @@ def test_a_file_is_validated_in_both_engines(tmp_path: Path) -> None:
     assert ends == {("slider-crank", engine, "completed") for engine in ("mujoco", "pymunk")}
 
 
-def test_show_tells_description_and_assumptions_and_takes_no_text_for_markup(tmp_path: Path) -> None:
+def test_show_prints_description_and_assumptions_as_plain_text(tmp_path: Path) -> None:
     text = re.sub(r"(?m)^source = .*$", 'source = "a [/b] source [red] <b> & -- c -->"', SLIDER_CRANK.read_text())
     text = re.sub(r'(?ms)^description = (""".*?"""|[^\n]*)\n|^assumptions = \[.*?^\]\n', "", text)
     told = 'description = "A [bold] {speed} machine [/x]."\nassumptions = ["no friction [/y]", "stiff links"]\n'
@@ -153,7 +153,7 @@ def told(*arguments: str, folder: Path) -> dict[str, Any]:
     return document
 
 
-def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) -> None:
+def test_greatest_pressure_angle_of_the_cam_matches_its_lift(tmp_path: Path) -> None:
     (angle,) = told("cam-follower", folder=tmp_path)["turn"]["transmission"]
     scene = SCENES["cam-follower"]
     # For a follower that moves through the shaft, tan(pressure angle) = (ds/dt) / s with s from the shaft.
@@ -169,7 +169,7 @@ def test_the_cams_greatest_pressure_angle_is_that_of_its_lift(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("degrees", ["130", "-75.5"])
-def test_links_and_points_at_an_angle_are_those_of_the_slider_cranks_closed_form(degrees: str, tmp_path: Path) -> None:
+def test_show_at_an_angle_matches_slider_crank_closed_form(degrees: str, tmp_path: Path) -> None:
     here = told("saw-40rpm", f"--angle={degrees} deg", folder=tmp_path)["instant"]
     angle, saw = math.radians(float(degrees)), Saw(speed=40.0 * 2.0 * math.pi / 60.0)
     w, height = saw.speed, CRANK * math.sin(angle) - OFFSET
@@ -187,7 +187,7 @@ def test_links_and_points_at_an_angle_are_those_of_the_slider_cranks_closed_form
         assert point["acceleration"][0] == pytest.approx(list(exact.acceleration[0]), abs=1e-12)
 
 
-def test_the_example_of_the_document_is_what_is_printed() -> None:
+def test_example_of_the_linkages_page_is_what_show_prints() -> None:
     example = DOCUMENT.read_text().split("```text\n")[1].split("```")[0].rstrip("\n")
     printed = [line.rstrip() for line in conrod("show", "saw-40rpm", "--angle", "60deg").stdout.splitlines()]
     assert "\n".join(printed).endswith(example)

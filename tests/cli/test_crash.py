@@ -50,7 +50,7 @@ def raising(error: BaseException) -> object:
         (BrokenPipeError(), 141, ""),
     ],
 )
-def test_no_error_ends_with_a_verdict(
+def test_no_error_ends_with_the_status_of_a_verdict(
     error: BaseException, status: int, said: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
@@ -65,7 +65,7 @@ def test_no_error_ends_with_a_verdict(
 
 
 @pytest.mark.parametrize("status", [None, 0, 1, 2])
-def test_a_verdict_stays(status: int | None) -> None:
+def test_exit_status_of_a_verdict_is_kept(status: int | None) -> None:
     # Negative control.
     for run in (lambda: status, lambda: sys.exit(status)):
         with pytest.raises(SystemExit) as ended:
@@ -79,7 +79,7 @@ def test_too_deep_a_recursion_is_a_crash() -> None:
     assert ended.value.code == 3
 
 
-def test_the_line_names_the_place_in_conrod() -> None:
+def test_crash_line_names_the_place_in_conrod() -> None:
     assert " in " not in crash_line(KeyError("x")).partition("This is")[0]
     from conrod.report.table import table
 
@@ -112,7 +112,7 @@ def test_a_fault_of_conrod_is_one_line_with_status_3(fault: str) -> None:
     assert done.stderr.startswith("conrod: internal error: ")
 
 
-def test_the_traceback_is_shown_where_it_is_asked_for() -> None:
+def test_traceback_is_shown_for_conrod_debug() -> None:
     done = with_fault(FAULTS["command"], "show", CONROD_DEBUG="1")
     assert done.returncode == 3
     assert "Traceback" in done.stderr
@@ -136,7 +136,7 @@ def test_a_fault_in_a_worker_is_no_verdict(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["show", "--help", "show saw-500rpm", "export saw-500rpm --format csv"])
-def test_output_that_nobody_reads_is_no_verdict(command: str) -> None:
+def test_closed_output_pipe_is_no_verdict(command: str) -> None:
     read, write = os.pipe()
     os.close(read)
     done = subprocess.run(
@@ -146,7 +146,7 @@ def test_output_that_nobody_reads_is_no_verdict(command: str) -> None:
     assert (done.returncode, done.stderr) == (141, "")
 
 
-def test_a_full_device_is_said_and_is_no_verdict() -> None:
+def test_full_device_is_reported_and_is_no_verdict() -> None:
     with open("/dev/full", "w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "conrod", "show"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
@@ -155,7 +155,7 @@ def test_a_full_device_is_said_and_is_no_verdict() -> None:
     assert done.stderr == "conrod: No space left on device: standard output\n"
 
 
-def test_helpers_that_judge_end_so_too(tmp_path: Path) -> None:
+def test_crash_in_golden_audits_or_benchmarks_has_status_3(tmp_path: Path) -> None:
     for module in ("tests.golden", "audits", "benchmarks"):
         code = f"""
 import sys, runpy

@@ -73,7 +73,7 @@ def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:
     assert ends.count(2) < len(ends) // 2
 
 
-def test_a_refusal_of_two_lines_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_refusal_without_its_line_is_detected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Negative control of the check.
     monkeypatch.setattr("conrod.cli._fail", lambda message: sys.exit(2))
     with pytest.raises(AssertionError):

@@ -86,7 +86,7 @@ def saw(folder: Path, library: Path, fault: str = "none") -> Path:
 
 @at_once
 @pytest.mark.usefixtures("undrawn")
-def test_both_modes_are_judged(tmp_path: Path, library: Path) -> None:
+def test_fmu_is_judged_in_both_modes(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library)
     speed = ("--column", "C.vx=slider.v")
     done = conrod(*CHECK, *POINT, *speed, *JUDGED, "--json", "o.json", "--out", "rep", cwd=tmp_path)
@@ -136,14 +136,14 @@ def in_its_own_process(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=100, check=False)
 
 
-def test_an_fmu_that_forks_holds_no_output_of_conrods_open(tmp_path: Path, library: Path) -> None:
+def test_forking_fmu_does_not_hold_the_output_open(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, "fork")
     done = in_its_own_process(tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert "ended by signal SIGABRT" in done.stderr
 
 
-def test_an_fmu_that_writes_into_descriptors_not_its_own_is_judged(tmp_path: Path, library: Path) -> None:
+def test_fmu_that_writes_into_foreign_descriptors_is_judged(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, "stray")
     done = in_its_own_process(tmp_path)
     assert (done.returncode, "within tolerance" in done.stdout) == (0, True), done.stderr
@@ -159,7 +159,7 @@ DESCRIBED = {"modelDescription.xml": DESCRIPTION}
     ("none", ("--column", "C.x=slider.s"), "slider.s has no unit in the model description: say with --unit m"),
     ("nan", POINT, "saw.fmu: row 252: C.x = nan is not finite"),
 ])  # fmt: skip
-def test_what_cannot_be_used_is_one_line(
+def test_unusable_variable_is_refused_in_one_line(
     fault: str, arguments: tuple[str, ...], words: str, tmp_path: Path, library: Path
 ) -> None:
     saw(tmp_path, library, fault)
@@ -173,7 +173,7 @@ def test_what_cannot_be_used_is_one_line(
     (DESCRIBED | {"resources/a": "a" * 100_000}, "more than a model has"),
     (DESCRIBED | {"sources/a.c": ""}, "but none; of C sources `fmpy compile` builds one"),
 ])  # fmt: skip
-def test_an_archive_that_was_made_to_do_harm_is_refused(
+def test_harmful_or_damaged_archive_is_refused(
     files: dict[str, str], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fmu, "MAX_UNPACKED_BYTES", 100_000)
@@ -223,7 +223,7 @@ def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, 
 
 @at_once
 @pytest.mark.usefixtures("library")
-def test_a_rod_that_is_a_micrometre_longer_is_off_by_its_sensitivity(tmp_path: Path) -> None:
+def test_rod_a_micrometre_longer_is_off_by_its_sensitivity(tmp_path: Path) -> None:
     longer = 1e-6  # [m]
     status, found = judged(
         tmp_path, "saw-500rpm", "--tolerance", "position=1e-9", exported=("--set", f"rod={0.3 + longer!r}")

@@ -21,9 +21,7 @@ ARM = """<mujoco><worldbody><body name="a"><joint/><geom size="0.1" pos="0.3 0 0
 <equality>{}</equality></mujoco>"""
 
 
-def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_not_touched(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_printed_lines_give_the_written_model_bit_for_bit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     # A model with an asset, whose place MuJoCo keeps.
     Path("legged.xml").write_text(WITH_A_MESH)
@@ -42,6 +40,7 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     assert (elsewhere / "pasted.mjb").read_bytes() == Path("hard.mjb").read_bytes()
     assert (elsewhere / "fewer.mjb").read_bytes() != Path("hard.mjb").read_bytes()
 
+    # The file that was hardened is not touched.
     assert Path("legged.xml").read_text() == WITH_A_MESH
     model = mujoco.MjModel.from_binary_path("hard.mjb")
     stock = mujoco.MjModel.from_xml_path("legged.xml")
@@ -61,7 +60,7 @@ def test_the_printed_lines_give_the_written_model_bit_for_bit_and_the_file_is_no
     ('<connect name="belt" body1="a" anchor="0.3 0 0" solref="0.5 1"/>', 1, "belt: softer than MuJoCo's stock"),
     ('<connect body1="a" anchor="nan 0 0"/>', 2, "eq_data is not finite"),
 ])  # fmt: skip
-def test_what_should_not_be_hardened_is_not_written(closure: str, status: int, why: str, tmp_path: Path) -> None:
+def test_model_that_cannot_be_hardened_is_not_written(closure: str, status: int, why: str, tmp_path: Path) -> None:
     (tmp_path / "model.xml").write_text(ARM.format(closure))
     done = conrod("harden", "model.xml", "-o", "hard.mjb", "--seconds", "0.1", cwd=tmp_path)
     assert done.returncode == status

@@ -166,9 +166,7 @@ def contents(folder: Path) -> dict[Path, bytes | None]:
 
 @pytest.mark.usefixtures("at_once")
 @pytest.mark.parametrize("command", MISTAKES)
-def test_a_mistake_gets_one_clear_line_and_status_2_and_nothing_is_written(
-    command: str, folder: Path, tmp_path: Path
-) -> None:
+def test_mistake_gets_one_line_status_2_and_writes_nothing(command: str, folder: Path, tmp_path: Path) -> None:
     arguments = shlex.split(command)
     if (
         arguments[0] in ("validate", "forces", "free", "check", "sweep", "limits", "ablate")
@@ -210,7 +208,7 @@ def test_a_height_field_of_gigabytes_is_out_of_memory(verb: str, tmp_path: Path)
 @pytest.mark.parametrize(
     "verb", ["lint", *(pytest.param(verb, marks=pytest.mark.slow) for verb in ("harden", "check"))]
 )
-def test_what_takes_long_says_so_and_ctrl_c_ends_it(verb: str, tmp_path: Path) -> None:
+def test_long_compilation_says_so_and_ends_on_ctrl_c(verb: str, tmp_path: Path) -> None:
     # Compiling it takes hours.
     model(tmp_path, worldbody=f'<replicate count="149999">{BODY}</replicate>')
     # What a shell starts in the background ignores Ctrl-C, and so would this.

@@ -78,7 +78,7 @@ def test_a_moved_command_is_answered_with_one_that_runs(
         assert done.stdout
 
 
-def test_an_fmu_is_checked(folder: Path) -> None:
+def test_validate_of_an_fmu_is_answered_with_check(folder: Path) -> None:
     (folder / "x.fmu").write_bytes(b"")
     now = "`conrod check x.fmu --scene saw-500rpm --preset co-simulation`"
     assert refusal("validate", "x.fmu", *now.strip("`").split()[3:], cwd=folder).endswith(f" is now {now}")
@@ -104,7 +104,7 @@ def test_an_option_of_files_is_not_moved_for_a_scene(option: str) -> None:
     assert line == f"conrod: {option} does not go with a scene: it is for a file, in `conrod check`"
 
 
-def test_an_option_that_never_was_is_answered_with_the_nearest() -> None:
+def test_unknown_option_is_answered_with_the_nearest() -> None:
     assert "did you mean" in refusal("validate", "saw-40rpm", "--step-per-rev", "60").lower()
 
 
@@ -141,7 +141,7 @@ def test_a_verb_has_few_options_of_its_own(verb: str) -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_each_option_is_explained(verb: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_help_explains_each_option(verb: str, monkeypatch: pytest.MonkeyPatch) -> None:
     command = cli.get_command(click.Context(cli), verb)
     assert command is not None
     options = [one for one in command.params if isinstance(one, click.Option) and not one.hidden]

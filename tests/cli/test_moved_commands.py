@@ -16,7 +16,7 @@ COMMANDS = re.findall(r"^\| `conrod ([^`]+)` \| `conrod ([^`]+)` \|$", CHANGELOG
 
 
 @pytest.mark.parametrize(("before", "now"), COMMANDS)
-def test_a_command_of_before_is_answered_with_the_new_one(before: str, now: str) -> None:
+def test_listed_old_command_is_answered_with_the_new_one(before: str, now: str) -> None:
     done = conrod(*shlex.split(before))
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == f"conrod: `conrod {before}` is now `conrod {now}`\n"

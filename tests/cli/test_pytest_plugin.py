@@ -30,7 +30,7 @@ def run(pytester: pytest.Pytester, *arguments: str) -> pytest.RunResult:
     return pytester.runpytest_subprocess("-p", "pytest_conrod", "-p", "no:cacheprovider", *arguments)
 
 
-def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
+def test_plugin_passes_arguments_and_a_baseline_of_each_call(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[tuple[Any, Any, dict[str, Any]]] = []
@@ -48,7 +48,7 @@ def test_a_call_says_what_is_asked_and_each_has_its_own_baseline(
         """
     )
     pytester.inline_run("-p", "pytest_conrod", "-q")
-    folder = Path("conrod-baselines", "test_a_call_says_what_is_asked_and_each_has_its_own_baseline")
+    folder = Path("conrod-baselines", "test_plugin_passes_arguments_and_a_baseline_of_each_call")
     assert asked == [
         ("a", None, {"revolutions": 3, "accept": False, "baseline": folder / "test_one.json"}),
         ("b", "saw", {"points": {"C": "site:D"}, "accept": False, "baseline": folder / "test_one+2.json"}),
@@ -62,7 +62,7 @@ SLIPS = {
 }
 
 
-def test_slips_are_one_line_and_write_nothing(pytester: pytest.Pytester) -> None:
+def test_mistaken_call_fails_in_one_line_and_writes_nothing(pytester: pytest.Pytester) -> None:
     tests = [f"def test_{k}(conrod_check):\n    conrod_check({slip})\n" for k, slip in enumerate(SLIPS)]
     pytester.makepyfile("\n".join(tests))
     done = pytester.runpytest_inprocess("-p", "pytest_conrod", "-q")
@@ -86,7 +86,7 @@ def fails(pytester: pytest.Pytester, *lines: str) -> None:
 
 
 @pytest.mark.slow
-def test_the_first_run_writes_and_fails_a_drift_is_told_and_accepted(pytester: pytest.Pytester) -> None:
+def test_first_run_writes_baseline_and_drift_must_be_accepted(pytester: pytest.Pytester) -> None:
     test = pytester.makepyfile(test_a=TEST.format(steps=500))
     fails(pytester, "conrod: no baseline yet: conrod-baselines/test_a/test_saw.json is written, *")
     run(pytester).assert_outcomes(passed=1)

@@ -51,7 +51,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-def test_a_recommendation_was_confirmed_and_what_is_pasted_reaches_the_promised_error(folder: Path) -> None:
+def test_confirmed_recommendation_as_pasted_keeps_its_error(folder: Path) -> None:
     text = (folder / "first.txt").read_text()
     for words in ("of 0.001 allowed", "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed +10%"):
         assert words in text, words
@@ -66,7 +66,7 @@ def test_a_recommendation_was_confirmed_and_what_is_pasted_reaches_the_promised_
     assert compare(run(saw, settings), saw).worst("position") <= 1e-3
 
 
-def test_the_model_and_what_is_pasted_keep_the_promise_in_plain_mujoco(tmp_path: Path) -> None:
+def test_model_with_pasted_lines_keeps_error_in_plain_mujoco(tmp_path: Path) -> None:
     files = ("--model", "saw.xml", "--json", "saw.json")
     done = conrod("recommend", "saw-500rpm", "--engine", "mujoco", "--position", "1e-6", *files, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -95,7 +95,7 @@ def error_in_plain_mujoco(model: Any) -> float:
     return float(np.linalg.norm(np.array(places) - exact, axis=1).max() / saw.lengths["C"])
 
 
-def test_where_nothing_qualifies_the_nearest_is_told_with_status_1(folder: Path) -> None:
+def test_recommend_names_nearest_with_status_1_if_none_qualifies(folder: Path) -> None:
     done = conrod(*RECOMMEND, "--position", "1e-12", cwd=folder)
     assert done.returncode == 1
     assert "nothing qualifies: position is" in done.stdout
@@ -115,7 +115,7 @@ def test_results_are_a_tidy_table(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
-def test_an_interrupt_keeps_what_is_finished_and_says_how_to_go_on(sent: signal.Signals, tmp_path: Path) -> None:
+def test_interrupted_sweep_keeps_runs_and_says_how_to_go_on(sent: signal.Signals, tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, "-m", "conrod", "sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite"],
         cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -148,7 +148,7 @@ def studied(folder: Path) -> tuple[str, LimitStudy, int]:
         return done.stdout, restore(LimitStudy, part["findings"]), len(list(ledger.rows()))
 
 
-def test_boundaries_are_told_and_the_same_command_runs_nothing_again_and_finds_the_same(tmp_path: Path) -> None:
+def test_limits_finds_boundaries_and_the_same_again_with_no_run(tmp_path: Path) -> None:
     printed, study, runs = studied(tmp_path)
     (walk,) = study.walks
     boundary = {b.criterion: b for b in walk.boundaries}["wrong"]
@@ -171,7 +171,7 @@ def iterated(more: int) -> Callable[[Any], Any]:
 ABLATE = ("ablate", "saw-500rpm", "--engine", "mujoco", "--steps-per-rev", "100", "--rounds", "2", "--jobs", "1")
 
 
-def test_a_study_is_printed_written_and_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ablation_is_printed_written_and_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     planted = Ingredient("more-iterations", "fifty more", iterated(50), iterated(-50))
     monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: (planted,))
     first = conrod(*ABLATE, "--out", "report", "--json", "a.json", cwd=tmp_path)

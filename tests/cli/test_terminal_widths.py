@@ -89,7 +89,7 @@ def check_whole(narrow: Sequence[str], piped: Sequence[str], width: int) -> None
 
 
 @pytest.mark.parametrize("verb", [*PRINTED, *COMMANDS])
-def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_output_of_each_verb_is_whole_at_any_width(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     what = (lambda: print_parts(PRINTED[verb]())) if verb in PRINTED else lambda: conrod(*COMMANDS[verb])
     piped = lines_of(what, None, capsys)
     assert [line for line in piped if line != line.rstrip()] == []
@@ -97,7 +97,7 @@ def test_what_a_verb_prints_is_whole_at_any_width(verb: str, capsys: pytest.Capt
         check_whole(lines_of(what, width, capsys), piped, width)
 
 
-def test_lines_that_are_cut_or_lose_a_word_are_found(capsys: pytest.CaptureFixture[str]) -> None:
+def test_cut_line_or_lost_word_is_detected(capsys: pytest.CaptureFixture[str]) -> None:
     # Negative control.
     piped = lines_of(lambda: print_parts(PRINTED["sweep"]()), None, capsys)
     for width, narrow in ((60, piped), (60, [line[:60] for line in piped])):
