@@ -130,7 +130,7 @@ def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
     ("mjx", 1e-9, ""),  # a machine without closures
     ("mujoco", 0.29, ""),
 ])  # fmt: skip
-def test_verdict_within_a_law_says_what_the_law_allows_for(engine: str, off: float, more: str) -> None:
+def test_verdict_states_what_the_error_law_allows_for(engine: str, off: float, more: str) -> None:
     errors = {"C": {"position": {"max": 1e-5}, "velocity": {"max": 1e-3}, "acceleration": {"max": off}}}
     run = replace(planted("saw-500rpm"), engine=engine, errors=errors, tolerance=Tolerance(1e-3, 1e-2, 0.3))
     study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.with_verdict(),))

@@ -154,7 +154,7 @@ def test_a_link_within_the_report_and_a_templates_own_stay() -> None:
 
 
 @pytest.mark.parametrize("text", HOSTILE)
-def test_a_figure_a_log_and_a_line_command_nothing(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_figure_log_and_line_hold_no_control_characters(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert MUST_NOT.isdisjoint(Figure("x", "", lambda: f"<svg>{text}</svg>").svg())
     found = Finding(rule=text, subjects=(text,), what=text, severity=Severity.ERROR, evidence={}, why=text, fix=text)
     log = json.loads(sarif(Report(str(SAW), text, (found,))))
@@ -165,7 +165,7 @@ def test_a_figure_a_log_and_a_line_command_nothing(text: str, capsys: pytest.Cap
 
 
 @pytest.mark.parametrize("text", [one for one in HOSTILE if "\ud800" not in one])
-def test_a_verification_report_keeps_its_data_and_commands_nothing(text: str) -> None:
+def test_verification_report_keeps_its_data_and_runs_nothing(text: str) -> None:
     names = ("criteria", "code", "solution", "validation", "inputs", "software", "settings", "validity", "invariances")
     sections = {
         name: VerificationSection((table(("a", text), [(text, text)]),), (text,)) for name in (*names, "parameters")
@@ -177,7 +177,7 @@ def test_a_verification_report_keeps_its_data_and_commands_nothing(text: str) ->
     assert Loading(page.decode()).found == []
 
 
-def test_what_an_engine_prints_commands_no_terminal(capfd: pytest.CaptureFixture[str]) -> None:
+def test_engine_output_holds_no_control_characters(capfd: pytest.CaptureFixture[str]) -> None:
     assert call_isolated(print_hostile) is None
     shown = capfd.readouterr().err
     assert shown.count("gnp") == 2
@@ -208,7 +208,7 @@ def test_an_error_is_one_line_without_control_characters() -> None:
 
 
 @pytest.mark.parametrize("kind", ["pipe", "terminal"])
-def test_names_of_files_command_no_terminal_and_data_in_a_pipe_stays(
+def test_file_names_are_cleaned_and_piped_data_is_unchanged(
     kind: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.stdout.isatty", lambda: kind == "terminal")
@@ -218,7 +218,7 @@ def test_names_of_files_command_no_terminal_and_data_in_a_pipe_stays(
     assert capsys.readouterr().out == ("?data" if kind == "terminal" else "\u202edata")
 
 
-def test_a_figure_is_xml_whatever_a_name_has_in_it() -> None:
+def test_figure_with_a_hostile_name_is_valid_xml() -> None:
     with drawing_style():
         canvas = Canvas()
         canvas.add_subplot(title=TITLE, xlabel="-- a & b --")

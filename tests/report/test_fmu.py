@@ -70,7 +70,7 @@ def largest_error(scene: Scene, result: Any) -> float:
     ("name", "speed"),
     [("saw-500rpm", -1.0), ("cam-follower", 1.0), ("geneva", -1.0)],
 )
-def test_what_fmpy_computes_is_the_exact_motion(name: str, speed: float, mode: str, tmp_path: Path) -> None:
+def test_fmpy_computes_the_exact_motion(name: str, speed: float, mode: str, tmp_path: Path) -> None:
     scene, content = exported(name, speed)
     turns = 1.0 if scene.mechanism().driver.span else 30.0
     run = fmpy.read_model_description(io.BytesIO(content)).defaultExperiment
@@ -85,7 +85,7 @@ def test_what_fmpy_computes_is_the_exact_motion(name: str, speed: float, mode: s
 @compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
-def test_every_machine_is_an_fmu_without_problems(name: str, tmp_path: Path) -> None:
+def test_fmu_of_every_machine_is_valid_and_exact(name: str, tmp_path: Path) -> None:
     from fmpy.validation import validate_fmu
 
     scene, content = exported(name)
@@ -96,7 +96,7 @@ def test_every_machine_is_an_fmu_without_problems(name: str, tmp_path: Path) -> 
 
 
 @compiled
-def test_speed_and_start_angle_are_parameters_and_nothing_else_is(tmp_path: Path) -> None:
+def test_only_speed_and_start_angle_are_parameters_of_an_fmu(tmp_path: Path) -> None:
     scene, content = exported("cam-follower")
     slow = scene.with_parameters(speed=-1.25)
     result = simulated(content, tmp_path, start_values={"speed": -1.25, "start_angle": 40.0}, stop_time=9.0)
@@ -113,7 +113,7 @@ def test_speed_and_start_angle_are_parameters_and_nothing_else_is(tmp_path: Path
 
 
 @compiled
-def test_a_pass_ends_with_its_reason(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_fmu_of_a_pass_ends_with_a_reason_beyond_its_span(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(fmpy.fmi1.FMICallException):
         simulated(exported("geneva")[1], tmp_path, stop_time=exported("geneva")[0].period)
     assert re.search(
@@ -122,7 +122,7 @@ def test_a_pass_ends_with_its_reason(tmp_path: Path, capfd: pytest.CaptureFixtur
 
 
 @compiled
-def test_every_function_of_the_standard_is_there(tmp_path: Path) -> None:
+def test_fmu_has_every_function_of_the_standard(tmp_path: Path) -> None:
     header = Path(fmpy.__file__).with_name("c-code") / "fmi3FunctionTypes.h"
     library, names = loaded(tmp_path).dll, re.findall(r"\b(fmi3\w+)TYPE\b", header.read_text(encoding="utf-8"))
     assert len(names) > 70
@@ -132,9 +132,7 @@ def test_every_function_of_the_standard_is_there(tmp_path: Path) -> None:
     assert archive.fmu("saw-500rpm", scene)[0] == content
 
 
-def test_without_a_compiler_the_fmu_holds_sources_and_one_line_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_fmu_without_a_compiler_holds_sources_and_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(archive, "COMPILER", "no-such-compiler")
     done = conrod("export", "saw-40rpm", "--format", "fmu", "-o", "saw.fmu", cwd=tmp_path)
     reason = "conrod: saw-40rpm: the FMU holds sources alone: there is no C compiler (no-such-compiler) here\n"

@@ -79,12 +79,12 @@ def test_findings_come_back_as_they_were_saved() -> None:
 
 
 @pytest.mark.parametrize("name", ["cam-follower", "pendulum"])
-def test_a_scene_comes_back_with_its_parameters_also_one_from_a_file(name: str) -> None:
+def test_saved_scene_comes_back_with_its_parameters(name: str) -> None:
     scene = select_scenes([name], [])[name]
     assert restore_findings(Scene, json.loads(json.dumps(plain_findings(scene)))) == scene
 
 
-def test_what_does_not_fit_is_refused_and_what_cannot_be_saved_too() -> None:
+def test_unfitting_or_unsavable_findings_are_refused() -> None:
     with pytest.raises(InvalidInput, match="do not fit MotionStudy"):
         restore_findings(MotionStudy, {"name": "x"})
     with pytest.raises(TypeError, match="is not plain"):
@@ -96,7 +96,7 @@ FINDINGS = {"sweep": handmade_sweep, "ablate": ablation_study, "limits": limit_s
 
 @pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize("kind", FINDINGS)
-def test_every_kind_of_findings_comes_back_renders_the_same_and_stays_beside_others(kind: str, tmp_path: Path) -> None:
+def test_saved_findings_render_the_same_and_stay_beside_others(kind: str, tmp_path: Path) -> None:
     found: Any = FINDINGS[kind]()
     assert restore_findings(type(found), json.loads(json.dumps(plain_findings(found)))) == found
     batch = report_batch(kind_named(kind), {found.name: found}, tmp_path, COMMAND)
@@ -131,7 +131,7 @@ def test_parts_of_earlier_reports_stay_and_stale_files_go(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("name", ["saw-40rpm-motion.md", "motion.md", "figures/saw-40rpm-free-motion.svg"])
-def test_a_file_that_is_not_the_reports_is_never_replaced(tmp_path: Path, name: str) -> None:
+def test_report_never_replaces_a_file_of_the_user(tmp_path: Path, name: str) -> None:
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("mine")
     before = contents(tmp_path)
@@ -140,7 +140,7 @@ def test_a_file_that_is_not_the_reports_is_never_replaced(tmp_path: Path, name: 
     assert contents(tmp_path) == before
 
 
-def test_a_file_beside_must_be_none_of_the_report(tmp_path: Path) -> None:
+def test_other_output_may_not_be_a_file_of_the_report(tmp_path: Path) -> None:
     write(tmp_path, study("saw-40rpm"))
     folder = ReportFolder(tmp_path, FREE_MOTION_REPORT)
     folder.check(["saw-40rpm"], tmp_path / "other.json")
@@ -163,14 +163,14 @@ def rendered_without_engines(report: Path, out: Path) -> dict[str, bytes]:
     return contents(out)
 
 
-def test_a_report_is_rendered_again_byte_for_byte_where_no_engine_is_installed(tmp_path: Path) -> None:
+def test_report_is_rendered_again_byte_for_byte_without_engines(tmp_path: Path) -> None:
     write(tmp_path / "first", study("saw-40rpm"), study("cam-follower"))
     assert rendered_without_engines(tmp_path / "first", tmp_path / "second") == contents(tmp_path / "first")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", ["", "sweep", "ablate", "limits"])
-def test_the_committed_reports_are_what_their_saved_findings_give(folder: str, tmp_path: Path) -> None:
+def test_committed_reports_follow_from_their_saved_findings(folder: str, tmp_path: Path) -> None:
     committed = Path(__file__).parents[2] / "reports" / folder
     rendered = rendered_without_engines(committed, tmp_path)
     assert rendered == {name: (committed / name).read_bytes() for name in rendered}
@@ -189,7 +189,7 @@ def test_pages_follow_the_saved_numbers_and_lost_pages_come_back(tmp_path: Path)
     assert "7.0e-5" in (tmp_path / "saw-40rpm-motion.md").read_text()
 
 
-def test_tables_escape_bars_and_set_what_is_out_of_tolerance_bold() -> None:
+def test_table_escapes_bars_and_marks_out_of_tolerance_bold() -> None:
     text = table_text(table(("a", "b"), [("x|y", ColouredCell("no", "bad"))], right=("b",)))
     assert text.splitlines() == ["| a | b |", "| --- | ---: |", "| x\\|y | **no** |"]
     assert table_text(table(("a",), [])) == ""

@@ -57,7 +57,7 @@ def check_self_contained(found: Found) -> None:
 
 @pytest.mark.parametrize("name", FOLDERS)
 @pytest.mark.usefixtures("undrawn")
-def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_path: Path) -> None:
+def test_report_of_each_kind_is_one_self_contained_page(name: str, tmp_path: Path) -> None:
     file = tmp_path / "r.html"
     done = conrod("report", str(small_copy(tmp_path / "r", REPORTS / name)), "--html", str(file))
     assert (done.returncode, done.stderr, done.stdout) == (0, "", f"wrote {file}\n")
@@ -74,7 +74,7 @@ def test_every_kind_of_report_is_one_page_that_asks_for_nothing(name: str, tmp_p
         assert f"{kind}-src 'sha256-{digest}'" in page
 
 
-def test_a_figure_is_in_the_page_with_words_for_it() -> None:
+def test_page_contains_its_figures_with_alternative_texts() -> None:
     part = json.loads((REPORTS / "results.json").read_text())["parts"]["shear-press"]
     files = {name: (REPORTS / name).read_text() for name in ("results.json", *part["files"])}
     found = found_in(html_report([Batch(REPORTS, files)]))
@@ -91,7 +91,7 @@ def test_a_picture_is_its_drawing_and_cannot_leave_its_attribute() -> None:
     assert image["alt"] == '"x"'
 
 
-def test_names_stay_text() -> None:
+def test_hostile_names_stay_text_in_html() -> None:
     page = render_html(
         f"# {HOSTILE}\n\n{HOSTILE}\n\n| a | b |\n| --- | ---: |\n| {HOSTILE} | 1 |\n", place(command="c")
     )
@@ -103,7 +103,7 @@ def test_names_stay_text() -> None:
     assert RIGHT_TO_LEFT in page
 
 
-def test_what_a_page_folds_away_stands_open_and_nothing_else_is_markup() -> None:
+def test_folded_details_are_open_and_other_markup_stays_text() -> None:
     page = render_html("<details><summary>Every <b> & run</summary>\n\n| a |\n| --- |\n| 1 |\n\n</details>\n", place())
     assert "<details" not in page  # a name within the words is no words
     page = render_html("<details>\n<summary>Every run</summary>\n\nText <details> in it\n\n</details>\n", place())

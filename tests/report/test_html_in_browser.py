@@ -61,14 +61,14 @@ def exact_at(folder: Path, index: int) -> Any:
     return expected(drawing.poses(scene.kinematics.poses(np.radians([float(index)])))[0])
 
 
-def test_it_asks_for_nothing_and_complains_of_nothing(page: Any, folder: Path) -> None:
+def test_page_requests_nothing_and_logs_no_complaint(page: Any, folder: Path) -> None:
     opened(page, folder / "r.html")
     assert asked_for(page) == [(folder / "r.html").as_uri()]
     assert complaints(page) == []
     assert page.execute_script("return document.documentElement.scrollWidth") <= 1280
 
 
-def test_a_page_that_asks_for_something_is_seen(page: Any, folder: Path, tmp_path: Path) -> None:
+def test_page_that_requests_something_is_detected(page: Any, folder: Path, tmp_path: Path) -> None:
     planted = (folder / "r.html").read_text().replace("<main>", '<main><img src="https://127.0.0.1:9/a.png" alt="">')
     (tmp_path / "p.html").write_text(planted.replace("img-src data:", "img-src *"))
     assert asked_for(opened(page, tmp_path / "p.html"))[1:] == ["https://127.0.0.1:9/a.png"]
@@ -84,14 +84,14 @@ def test_the_grey_machine_is_where_the_exact_motion_says(page: Any, folder: Path
         np.testing.assert_allclose(page.execute_script(PLACES, "ghost"), exact_at(folder, index), atol=0.02)
 
 
-def test_a_planted_pose_is_seen(page: Any, folder: Path, tmp_path: Path) -> None:
+def test_planted_pose_of_the_grey_machine_is_detected(page: Any, folder: Path, tmp_path: Path) -> None:
     (tmp_path / "p.html").write_text((folder / "r.html").read_text().replace('"exact":[[', '"exact":[[1', 1))
     opened(page, tmp_path / "p.html").execute_script(MOVE, 0)
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(page.execute_script(PLACES, "ghost"), exact_at(folder, 0), atol=0.02)
 
 
-def test_the_coloured_machine_is_off_by_the_error_as_often_as_is_said(page: Any, folder: Path) -> None:
+def test_coloured_machine_is_off_by_the_magnified_error(page: Any, folder: Path) -> None:
     found = machine(folder)
     opened(page, folder / "r.html").execute_script(CHOOSE, "run", "1")
     page.execute_script(MOVE, 60)
@@ -103,7 +103,7 @@ def test_the_coloured_machine_is_off_by_the_error_as_often_as_is_said(page: Any,
         np.testing.assert_allclose(page.execute_script(PLACES, "engine"), wanted, atol=0.1)
 
 
-def test_its_words_say_how_far_the_point_is_off(page: Any, folder: Path) -> None:
+def test_caption_states_the_error_of_the_point(page: Any, folder: Path) -> None:
     scene, found = select_scenes([MACHINE], [])[MACHINE], machine(folder)
     run = found.runs[0]
     angle, poses = run.poses.angle[[10]], run.poses.values[[10]]
@@ -115,7 +115,7 @@ def test_its_words_say_how_far_the_point_is_off(page: Any, folder: Path) -> None
     assert float(words.split()[-2]) == pytest.approx(1e3 * metres, rel=0.05)
 
 
-def test_the_slider_goes_by_keyboard_and_play_moves_it(page: Any, folder: Path) -> None:
+def test_slider_moves_by_keyboard_and_by_the_play_button(page: Any, folder: Path) -> None:
     slider = opened(page, folder / "r.html").find_element("css selector", ".machine input")
     before = page.execute_script(PLACES, "ghost")
     slider.send_keys("\ue014" * 3)  # to the right
@@ -128,7 +128,7 @@ def test_the_slider_goes_by_keyboard_and_play_moves_it(page: Any, folder: Path) 
     assert int(slider.get_attribute("value")) > 63
 
 
-def test_tables_sort(page: Any, folder: Path) -> None:
+def test_table_sorts_by_a_click_on_its_heading(page: Any, folder: Path) -> None:
     opened(page, folder / "r.html")
     rows = "return [...document.querySelector('main table').tBodies[0].rows].map((row) => row.cells[4].textContent)"
     before = page.execute_script(rows)
@@ -138,7 +138,7 @@ def test_tables_sort(page: Any, folder: Path) -> None:
     assert sorted(before) == sorted(page.execute_script(rows))
 
 
-def test_it_reads_without_scripts(folder: Path) -> None:
+def test_page_is_readable_without_scripts(folder: Path) -> None:
     with browser(width=400, scripts=False) as page:
         opened(page, folder / "r.html")
         assert not page.find_element("css selector", ".controls").is_displayed()

@@ -59,7 +59,7 @@ def test_all_machines_of_the_catalogue_move_on_its_first_page(entrance: Path) ->
     assert len(ids) == len(set(ids))
 
 
-def test_what_moves_can_be_paused_and_a_long_table_filters(entrance: Path) -> None:
+def test_animations_can_be_paused_and_a_long_table_filtered(entrance: Path) -> None:
     with browser(width=400) as page:
         opened(page, entrance)
         paused = "return [...document.querySelectorAll('.tiles svg')].map((svg) => svg.animationsPaused())"
@@ -86,7 +86,7 @@ def vertices(data: str) -> Any:
     return np.array(found)
 
 
-def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
+def test_points_of_the_diagram_have_words_where_they_are_drawn() -> None:
     study = handmade_sweep()
     diagram = diagram_of(study)
     drawn = ElementTree.fromstring(diagram.svg())
@@ -102,7 +102,7 @@ def test_a_point_of_the_diagram_says_what_it_is_where_it_is_drawn() -> None:
     assert np.abs(places - [spots[0][0] + 0.02, spots[0][1] + 0.02]).max(axis=1).min() > 0.003
 
 
-def test_words_of_a_place_close_no_script() -> None:
+def test_words_of_a_point_cannot_close_the_script() -> None:
     page = with_spots("<svg></svg>", [(0.5, 0.5, "</script><b>")])
     assert re.findall("</script>", page) == ["</script>"]
     (packed,) = re.findall('octet-stream">(.*)</script>', page)
@@ -120,7 +120,7 @@ def weight(batch: Batch) -> int:
 
 
 @pytest.mark.parametrize("page", [*HEAVIEST, pytest.param("", marks=pytest.mark.slow)])
-def test_a_page_of_a_committed_report_weighs_at_most_half_a_megabyte(page: str, site: Any) -> None:
+def test_page_of_a_report_weighs_at_most_half_a_megabyte(page: str, site: Any) -> None:
     weights = {name: weight(batch) for name, batch in site.reports() if name.startswith(page) or not page}
     assert weights
     assert {name: size for name, size in weights.items() if size > MOST} == {}
@@ -136,7 +136,7 @@ def test_a_heavy_figure_is_noticed(site: Any) -> None:
 # -- lines to paste --------------------------------------------------------------------------------------------------
 
 
-def test_lines_of_a_point_give_its_very_settings() -> None:
+def test_pasted_lines_of_a_point_give_its_settings() -> None:
     file = ROOT / "reports" / "sweep" / "data" / "cam-follower.json"
     swept = restore_findings(SweepStudy, json.loads(file.read_text()))
     scene = SCENES[swept.name]
@@ -153,7 +153,7 @@ def test_lines_of_a_point_give_its_very_settings() -> None:
 
 
 @pytest.mark.parametrize("name", ["sweep/cam-follower", "limits/saw-500rpm"])
-def test_a_click_on_a_place_says_what_is_there_and_so_does_the_keyboard(name: str, site: Any, tmp_path: Path) -> None:
+def test_click_and_keyboard_show_the_words_of_a_point(name: str, site: Any, tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")
     findings = restore_findings(kind.findings, json.loads(file.with_suffix(".json").read_text()))

@@ -56,7 +56,7 @@ def test_page_of_an_axis_with_two_values_has_no_figure(tmp_path: Path) -> None:
     assert "![" in rendered(whole, tmp_path).files[f"{whole.name}.md"]
 
 
-def test_every_run_is_drawn_each_way_of_failing_has_its_mark_and_undetected_ones_stand_out() -> None:
+def test_every_run_is_drawn_by_outcome_and_undetected_in_red() -> None:
     told = of_axis("steps").walks
     walks = [replace(walk, probes=tuple(replace(probe, torque=None) for probe in walk.probes)) for walk in told]
     probes = [probe for walk in walks for probe in walk.probes]
@@ -83,7 +83,7 @@ def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
     assert 2 <= sum(low <= tick <= high for tick in axes.get_xticks()) <= 16
 
 
-def test_each_walk_has_a_row_and_undetected_runs_in_one_piece_come_before_all() -> None:
+def test_each_walk_has_a_row_and_wrong_undetected_come_first() -> None:
     walks = [walk for walk in limit_study().walks if walk.probes]
     assert len(limits_table(walks).rows) == len(walks)
     rows = undetected_table(walks).rows
@@ -95,7 +95,7 @@ def test_each_walk_has_a_row_and_undetected_runs_in_one_piece_come_before_all() 
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_undetected_runs_come_before_anything_else(tmp_path: Path) -> None:
+def test_pages_state_undetected_runs_first(tmp_path: Path) -> None:
     study = limit_study()
     files = rendered(study, tmp_path).files
     for name in ("README.md", f"{SCENE}.md"):
@@ -110,7 +110,7 @@ def test_undetected_runs_come_before_anything_else(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_one_axis_alone_replaces_that_axis_alone(tmp_path: Path) -> None:
+def test_study_of_one_axis_replaces_that_axis_alone(tmp_path: Path) -> None:
     study, again = limit_study(), of_axis("mass-ratio")
     write_together([rendered(study, tmp_path)])
     walks = (replace(w, probes=tuple(replace(p, reason="new") for p in w.probes)) for w in again.walks)
@@ -134,6 +134,6 @@ def test_nothing_is_kept_of_another_machine_or_another_engine() -> None:
     assert {walk.axis for walk in newer.walks if walk.engine == "mujoco"} == {walk.axis for walk in study.walks}
 
 
-def test_a_mark_that_stands_alone_stands_where_it_would_beside_others() -> None:
+def test_single_value_is_placed_as_it_is_beside_others() -> None:
     alone, beside = (axis_places(AXES["steps"], values)[0] for values in ([2.0], [2.0, 20_000.0]))
     assert alone == pytest.approx(beside, rel=1e-3) == pytest.approx(2.0, rel=1e-3)

@@ -24,7 +24,7 @@ CROWDED = ("geneva", "jansen-leg", "planetary-gear", "peaucellier", "six-bar", "
 
 
 @pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
-def test_every_body_takes_what_is_drawn_of_it_along(name: str) -> None:
+def test_every_body_has_shapes_that_move_with_it(name: str) -> None:
     bodies = drawing_of(scene_named(name)).bodies
     assert [body for body, drawn in bodies.items() if "<path" not in drawn and "<circle" not in drawn] == []
 
@@ -78,7 +78,7 @@ def test_texts_of_a_drawing_stand_clear_of_each_other(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["cam-follower", "saw-40rpm"])
-def test_the_committed_drawings_are_what_the_code_draws_whatever_a_users_settings_of_matplotlib(name: str) -> None:
+def test_drawings_equal_committed_ones_under_any_rc_settings(name: str) -> None:
     committed = (FIGURES / f"{name}-mechanism.svg").read_text(encoding="utf-8")
     with matplotlib.rc_context({"font.size": 31.0, "svg.fonttype": "none", "axes.grid": False}):
         assert mechanism_svg(SCENES[name]) == committed

@@ -68,7 +68,7 @@ def scene_in(pack: Path) -> Scene:
 
 
 @pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower", *MACHINES])
-def test_a_pack_gives_its_scene_back_and_its_trajectory_has_no_error(name: str, tmp_path: Path) -> None:
+def test_pack_gives_its_scene_back_and_an_exact_trajectory(name: str, tmp_path: Path) -> None:
     given: Scene = longer(name) if name in MACHINES else SCENES[name].with_parameters(**OTHER.get(name, {"speed": 3.0}))
     usual = catalogue_scene(name).with_parameters(speed=given.speed) if name in MACHINES else SCENES[name]
     pack = unpacked(name, given, tmp_path)
@@ -88,7 +88,7 @@ def test_a_pack_gives_its_scene_back_and_its_trajectory_has_no_error(name: str, 
         assert (other.largest("total") or 0.0) > 1e-3
 
 
-def test_the_mechanism_in_a_pack_is_the_scenes_and_its_start_poses_close_every_pin() -> None:
+def test_pack_mechanism_matches_scene_and_start_closes_pins() -> None:
     mechanism = SCENES["shear-press"].mechanism()
     document = json.loads(json.dumps(mechanism_document(mechanism)))
     assert [(body["name"], body["mass"]) for body in document["bodies"]] == [(b.name, b.mass) for b in mechanism.bodies]
@@ -159,7 +159,7 @@ def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> Non
         estimate(TableComparison(values, scene), ("time",))
 
 
-def test_the_file_of_what_was_named_goes_into_the_pack(tmp_path: Path) -> None:
+def test_pack_contains_the_mechanism_file_of_its_scene(tmp_path: Path) -> None:
     assert mechanism_file_bytes("saw-40rpm") is None
     assert mechanism_file_bytes(PASS) == catalogue_text(PASS).encode()
     own = tmp_path / "own.toml"

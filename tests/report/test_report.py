@@ -113,7 +113,7 @@ def test_measured_numbers_have_two_significant_digits(value: float | None, shown
     assert numbers.measured_text(value) == shown
 
 
-def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_where_they_differ() -> None:
+def test_figures_ignore_last_bits_and_show_other_differences() -> None:
     study = a_study("saw-40rpm")
     same = a_study("saw-40rpm", *(last_bits_changed(r) for r in study.results))
     other = a_study("saw-40rpm", a_result("saw-40rpm", 2e-6), study.results[1])
@@ -124,7 +124,7 @@ def test_figures_are_the_same_when_results_differ_in_their_last_bit_and_others_w
 
 
 @pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None)])
-def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome: str, passed: bool | None) -> None:
+def test_incomplete_run_has_an_outcome_and_no_error_figure(outcome: str, passed: bool | None) -> None:
     study = a_study("saw-40rpm", ended("saw-40rpm", outcome, "seen at 12.5 deg", passed))
     page = page_of(study)
     assert f"{outcome}: seen at 12.5 deg" in page
@@ -137,9 +137,7 @@ def test_a_run_that_did_not_complete_has_an_outcome_and_no_error_figure(outcome:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_disk_that_fills_up_leaves_an_existing_report_as_it_was(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_full_disk_leaves_an_existing_report_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     reports = tmp_path / "reports"
     write_report(reports, a_study("saw-40rpm"))
     before = contents(tmp_path)
@@ -210,7 +208,7 @@ def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_saved_findings_have_reproducible_digits_and_null_for_what_is_missing(tmp_path: Path) -> None:
+def test_saved_findings_are_rounded_and_null_where_missing(tmp_path: Path) -> None:
     lost = ended("saw-40rpm", "opened", "pin", False)
     write_report(tmp_path, a_study("saw-40rpm", a_result("saw-40rpm", 1.2345678e-6), lost))
     good, bad = json.loads((tmp_path / "data/saw-40rpm.json").read_text(encoding="utf-8"))["results"]

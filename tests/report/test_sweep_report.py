@@ -73,7 +73,7 @@ def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, fig
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_without_timings_there_is_no_diagram_and_no_sentence_about_cost(study: SweepStudy, tmp_path: Path) -> None:
+def test_report_without_timings_has_no_diagram_and_no_costs(study: SweepStudy, tmp_path: Path) -> None:
     batch = report_batch(SWEEP_REPORT, {study.name: untimed(study)}, tmp_path, COMMAND)
     assert "work-precision.svg" not in str(batch.files["saw-500rpm.md"])
     assert "No run was timed" in str(batch.files["saw-500rpm.md"])
@@ -87,7 +87,7 @@ ROOT = Path(__file__).parents[2]
 MEASURED_HEAD = "| settings | steps per revolution | position | velocity | acceleration |\n|" + " --- |" * 5 + "\n"
 
 
-def test_the_explanation_quotes_what_was_measured() -> None:
+def test_work_precision_page_quotes_measured_values() -> None:
     tables = (ROOT / "docs" / "work-precision.md").read_text(encoding="utf-8").split(MEASURED_HEAD)[1:]
     rows = [row for table in tables for row in takewhile(lambda line: line[:1] == "|", table.splitlines())]
     assert len(rows) > 20

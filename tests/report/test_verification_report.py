@@ -61,7 +61,7 @@ def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
     return Refinement("run", "position", 200, tuple((100 * 2**k, error) for k, error in enumerate(errors)), formal)
 
 
-def test_one_changed_byte_anywhere_is_seen() -> None:
+def test_one_changed_byte_anywhere_breaks_the_seal() -> None:
     page = sealed_page(report())
     assert valid_seal(page)
     head = page.index(b"SHA-256 of this file")
@@ -93,7 +93,7 @@ def test_the_hash_is_zeroed_at_one_place_alone() -> None:
     assert valid_seal(sealed_page(report(subject="SHA-256 of this file: <code>" + "0" * 64 + "</code>")))
 
 
-def test_a_page_of_an_earlier_version_is_verified_at_both_its_places() -> None:
+def test_page_of_an_earlier_version_is_verified_in_both_places() -> None:
     mark = f'<meta name="conrod-verification" content="sha256:{"0" * 64}"><code>{"0" * 64}</code>'.encode()
     seal = hashlib.sha256(mark).hexdigest().encode()
     page = mark.replace(pages.UNSEALED, seal)
@@ -128,7 +128,7 @@ def test_a_page_is_signed_as_the_documents_say(tmp_path: Path) -> None:
     assert check() != 0
 
 
-def test_names_of_a_user_stay_text() -> None:
+def test_hostile_subject_stays_text() -> None:
     page = sealed_page(report(subject=HOSTILE)).decode()
     assert "<img" not in page
     assert page.count("<script") == 2  # conrod's own, and the data
@@ -143,7 +143,7 @@ def test_names_of_a_user_stay_text() -> None:
         (lambda page: b"<p>another page</p>", 2, "no verification report of conrod"),
     ],
 )
-def test_verify_tells_by_its_status(change: Any, status: int, said: str, tmp_path: Path) -> None:
+def test_verify_reports_by_its_exit_status(change: Any, status: int, said: str, tmp_path: Path) -> None:
     file = tmp_path / "r.html"
     file.write_bytes(change(sealed_page(report())))
     done = conrod("report", "--verify", str(file))
@@ -151,7 +151,7 @@ def test_verify_tells_by_its_status(change: Any, status: int, said: str, tmp_pat
     assert said in done.stdout + done.stderr
 
 
-def test_a_loosened_criterion_is_named_and_a_tighter_one_is_no_loosening() -> None:
+def test_loosened_criterion_is_named_and_a_tighter_one_is_not() -> None:
     (one,) = statement_changes(report(1e-4), report(1e-3))
     assert one == "criteria, own position: 0.0001; 1e-5 -> 0.001; 1e-5 (LOOSENED)"
     assert "LOOSENED" not in statement_changes(report(1e-3), report(1e-4))[0]
@@ -174,7 +174,7 @@ def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
     assert not refined(1e-3, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
 
 
-def test_the_uncertainty_is_the_distance_from_a_step_of_zero_with_its_factor_of_safety() -> None:
+def test_uncertainty_is_safety_factor_times_distance_to_limit() -> None:
     path = [(20, 7.0), *((n, 0.3 + 5.0 * n**-2.0) for n in (50, 150, 450))]  # the three finest count
     for steps, finer in ((150, 150), (1000, 450)):
         assert numerical_uncertainty(path, steps) == pytest.approx((2.0, 0.3, 1.25 * 5.0 / finer**2))
@@ -200,9 +200,7 @@ def test_sensitivities_are_derivatives_of_the_closed_form() -> None:
     assert parts == {"crank": 0.0, "rod": 1.0}
 
 
-def test_a_wrong_rod_is_an_open_deviation_and_its_sensitivity_says_how_far_it_moves_a_point(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_rod_is_a_deviation_with_its_effect_on_a_point(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Other runs take most of the time, and nothing is asked of them.
     monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
     monkeypatch.setattr("conrod.models.check.study.STEP_REFINEMENTS", ())
@@ -231,7 +229,7 @@ def measured(folder: Path, text: str) -> TableStudy:
     )
 
 
-def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_where_a_part_is_missing(
+def test_measurements_are_held_to_a_complete_uncertainty_alone(
     tmp_path: Path,
 ) -> None:
     table_study = measured(tmp_path, encoder_table())
@@ -245,7 +243,7 @@ def test_measurements_are_held_to_the_validation_uncertainty_and_to_nothing_wher
     assert "no validation uncertainty" in unknown.sentences[-1]
 
 
-def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: Path) -> None:
+def test_verification_refuses_loss_or_mistake_in_one_line(tmp_path: Path) -> None:
     file, other, older = (tmp_path / f"{name}.html" for name in ("r", "other", "older"))
     file.write_bytes(sealed_page(report()).replace(b"1e-5", b"1e-6", 1))
     other.write_text("<p>mine</p>")
@@ -278,7 +276,7 @@ def test_what_would_be_lost_or_cannot_be_meant_is_refused_in_one_line(tmp_path: 
     assert not (tmp_path / "new.html").exists()
 
 
-def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_tests() -> None:
+def test_committed_reports_and_their_inputs_are_unchanged() -> None:
     pages = sorted(REPORTS.glob("*.html"))
     assert len(pages) == 2
     for page in pages:
@@ -291,7 +289,7 @@ def test_the_committed_reports_are_unchanged_and_their_inputs_are_those_of_the_t
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["saw-500rpm", "hacksaw"])
-def test_a_committed_report_made_again_says_the_same_but_for_the_software(name: str, tmp_path: Path) -> None:
+def test_committed_report_made_again_differs_in_software_alone(name: str, tmp_path: Path) -> None:
     old = read_verification((REPORTS / f"{name}.html").read_bytes())
     places = {"hacksaw.xml": "inputs/hacksaw.xml", "encoder.csv": "inputs/encoder.csv", "limits": "../limits"}
     words = [str(REPORTS / places[word]) if word in places else word for word in old.command.split()[1:-2]]
