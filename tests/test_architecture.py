@@ -93,7 +93,7 @@ GRAPH = {module: imports(path) for module, path in MODULES.items()}
 @pytest.mark.parametrize(
     ("importer", "imported", "why"), FORBIDDEN, ids=lambda value: str(value).removeprefix("conrod.")
 )
-def test_no_arrow_runs_the_wrong_way(importer: str, imported: str, why: str) -> None:
+def test_no_module_imports_what_is_forbidden_to_it(importer: str, imported: str, why: str) -> None:
     wrong = {
         module: [name for name in names if within(name, imported)]
         for module, names in GRAPH.items()
@@ -136,12 +136,12 @@ def test_pages_name_the_floors_as_they_are_checked(page: str) -> None:
     assert f"`{FLOORS.replace('execution', 'runs')}`" not in words
 
 
-def test_nothing_that_belongs_to_a_room_lies_at_the_root() -> None:
+def test_only_modules_of_no_room_lie_at_the_root() -> None:
     assert {path.stem for path in ROOT.glob("*.py")} == AT_THE_ROOT
     assert {path.name for path in ROOT.iterdir() if path.is_dir() and any(path.glob("*.py"))} <= {*LEVEL}
 
 
-def test_no_module_waits_for_itself() -> None:
+def test_no_two_modules_import_each_other() -> None:
     # An import in a function is allowed to go around; one at the top of two modules is a knot.
     packages = {module for module, path in MODULES.items() if path.name == "__init__.py"}
     knots = [(a, b) for a in GRAPH for b in GRAPH[a] if a in GRAPH.get(b, set()) and a < b and not {a, b} & packages]
@@ -152,7 +152,7 @@ def test_no_module_waits_for_itself() -> None:
     ("name", "library"),
     [("mujoco", "mujoco"), ("pymunk", "pymunk"), ("exudyn", "exudyn"), ("box2d", "Box2D"), ("mjx", "jax")],
 )
-def test_settings_are_plain_values(name: str, library: str) -> None:
+def test_settings_of_an_engine_import_no_engine_library(name: str, library: str) -> None:
     # They stand in `__init__`, which is imported with every module of the package, be it only the translator.
     package = f"conrod.engines.{name}"
     assert [name for name in {package, *reached(package)} if any(within(n, library) for n in GRAPH[name])] == []
@@ -161,7 +161,7 @@ def test_settings_are_plain_values(name: str, library: str) -> None:
 
 
 @pytest.mark.parametrize("library", ALONE)
-def test_a_library_is_imported_where_it_belongs_and_nowhere_else(library: str) -> None:
+def test_library_is_imported_only_where_it_belongs(library: str) -> None:
     users = {module for module, names in GRAPH.items() if any(within(name, library) for name in names)}
     assert users
     assert {m for m in users if not any(within(m, f"conrod.{place}") for place in ALONE[library])} == set()
@@ -229,27 +229,27 @@ LIGHT = {
 
 
 @pytest.mark.parametrize("code", LIGHT)
-def test_what_is_light_loads_nothing_heavy(code: str) -> None:
+def test_light_code_loads_no_heavy_module(code: str) -> None:
     loaded = loaded_by(code)
     assert "conrod" in loaded
     assert [module for module in loaded if any(within(module, heavy) for heavy in LIGHT[code])] == []
 
 
-def test_what_is_heavy_is_seen_to_be_loaded() -> None:
+def test_loaded_heavy_module_is_detected() -> None:
     # Negative control.
     assert {"numpy", "pymunk", "importlib.metadata"} <= loaded_by(
         "import conrod, pymunk; conrod.Saw, conrod.__version__"
     )
 
 
-def test_public_names_mean_the_same_whichever_is_used_first() -> None:
+def test_public_names_do_not_depend_on_the_order_of_use() -> None:
     for names in (("compare", "run", "MuJoCoSettings"), ("MuJoCoSettings", "run", "compare")):
         lines = "; ".join(f"from conrod import {name}" for name in (*names, *names, "Saw"))
         code = f"{lines}; assert callable(run) and callable(compare), (run, compare); MuJoCoSettings.stock(Saw(), 100)"
         assert "conrod" in loaded_by(code)
 
 
-def test_modules_stay_readable() -> None:
+def test_no_module_has_more_than_400_lines() -> None:
     long = [name for name, path in MODULES.items() if len(path.read_text(encoding="utf-8").splitlines()) > 400]
     assert long == []
 
@@ -282,7 +282,7 @@ def test_a_validation_calls_functions_in_few_files(tmp_path: Path) -> None:
 # -- what `import conrod` shows is public, and all of it ---------------------------------------------------------------
 
 
-def test_completion_and_help_show_the_public_names_and_nothing_else() -> None:
+def test_dir_and_help_show_exactly_the_public_names() -> None:
     assert dir(conrod) == sorted(conrod.__all__)
     assert {"SCENES", "compare", "run"} <= set(dir(conrod))
     shown = dict(inspect.getmembers(conrod))
@@ -296,6 +296,6 @@ def test_type_checkers_see_the_same_names() -> None:
     assert typed == {f"{module}.{name}" for name, module in conrod._HOMES.items()}
 
 
-def test_a_name_that_is_not_there_is_answered_with_those_that_are() -> None:
+def test_unknown_name_is_answered_with_the_public_names() -> None:
     with pytest.raises(AttributeError, match=r"no attribute 'Simulate'; it has .*compare, .*run"):
         _ = conrod.Simulate  # type: ignore[attr-defined]  # that is the mistake

@@ -35,7 +35,7 @@ def test_mujocos_two_sides_take_the_same_steps_to_the_same_bits(integrator: str)
     np.testing.assert_array_equal(data.sensordata, sensors[STEPS])
 
 
-def test_pymunks_recorded_side_and_its_driven_loop_end_in_the_same_bits() -> None:
+def test_pymunk_recording_and_driven_loop_end_in_the_same_bits() -> None:
     made = pymunk_recording.started()
     pymunk_recording.driven(made, STEPS)
     turns = pymunk_recording.crank_angles(pymunk_recording.SAW, pymunk_recording.times_of(STEPS))
@@ -45,7 +45,7 @@ def test_pymunks_recorded_side_and_its_driven_loop_end_in_the_same_bits() -> Non
         assert (*body.velocity, body.angular_velocity) == tuple(rates[-1, 3 * i : 3 * i + 3])
 
 
-def test_pymunks_bare_loop_takes_as_many_steps_and_drifts_by_rounding_alone() -> None:
+def test_pymunk_bare_loop_takes_all_steps_up_to_rounding() -> None:
     bare, driven = pymunk_recording.started(), pymunk_recording.started()
     pymunk_recording.stepped(bare, STEPS)
     pymunk_recording.driven(driven, STEPS)

@@ -194,7 +194,7 @@ def page(name: str) -> str:
     return " ".join((DOCS / "studies" / f"{name}.md").read_text(encoding="utf-8").split())
 
 
-def test_the_flywheel_keeps_the_fluctuation_that_is_wanted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_flywheel_keeps_the_required_speed_fluctuation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told = re.search(r"It finds ([\d.]+) kg m²", page("flywheel"))
     # Its search takes most of the time; what it finds is held to what is wanted.
     monkeypatch.setattr("scipy.optimize.brentq", lambda *_, **__: float(told[1]))
@@ -218,9 +218,7 @@ def test_the_counterweight_leaves_the_least_shaking_force(tmp_path: Path, monkey
     assert np.abs(mean).max() < 1e-9 * peak(best)
 
 
-def test_the_spring_is_the_softest_that_keeps_the_push_and_an_engine_agrees(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_softest_spring_keeps_the_push_and_an_engine_agrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     left = ran("cam-spring", tmp_path, monkeypatch)
     push, least = left["push"], left["least"]
     assert push(least).min() == pytest.approx(left["LEAST_PUSH"], rel=1e-9)

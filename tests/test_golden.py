@@ -40,7 +40,7 @@ def next_digit(value: float) -> float:
 
 
 @pytest.mark.parametrize("heading", ["tip.x [m]", "tip.jy [m/s^3]"])
-def test_one_digit_changed_on_purpose_in_one_of_a_hundred_angles_is_out(
+def test_one_changed_digit_at_one_of_a_hundred_angles_fails(
     pendulum: Records, heading: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     values = [*pendulum[heading].value]
@@ -49,7 +49,7 @@ def test_one_digit_changed_on_purpose_in_one_of_a_hundred_angles_is_out(
     assert f"worst: pendulum: {heading}[60]: was " in capsys.readouterr().out
 
 
-def test_the_command_says_by_its_exit_status_that_a_golden_digit_is_not_met(
+def test_exit_status_of_the_check_is_1_when_a_digit_differs(
     pendulum: Records, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
@@ -86,7 +86,7 @@ def saw() -> Records:
     return records
 
 
-def test_what_is_within_the_rule_can_be_asked_to_be_identical(saw: Records, capsys: pytest.CaptureFixture[str]) -> None:
+def test_option_identical_refuses_what_is_within_the_rule(saw: Records, capsys: pytest.CaptureFixture[str]) -> None:
     name = f"{TUNED}/errors/C/position/max"
     changed = saw | {name: Record(math.nextafter(saw[name].value, 1.0), extract.NORMALISED)}
     assert check_answers({SAW: changed}, DATA)
@@ -139,7 +139,7 @@ def test_the_rule_is_1e_13_of_the_number_or_of_its_unit(
     assert found.passed == (identical + within == found.count)
 
 
-def test_an_order_is_known_to_the_rounding_of_the_errors_behind_it() -> None:
+def test_order_is_compared_to_the_rounding_of_its_errors() -> None:
     errors = [4e-9, 1e-9]
     ((_, order),) = extract._orders("run", {"position": 2.0}, {"position": errors})
     noisy = math.log2((errors[0] + 0.9e-13) / (errors[1] - 0.9e-13))
@@ -158,9 +158,7 @@ def test_new_runs_are_counted_over_all_rounds_of_a_study() -> None:
 
 
 @pytest.mark.skipif(not store.KERNELS, reason="kernels are chosen on x86-64 alone")
-def test_commands_run_with_the_same_kernels_whatever_the_processor(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_commands_use_the_same_kernels_on_any_processor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # What is run in a folder takes this for conrod.
     (tmp_path / "conrod.py").write_text("""
 import numpy, scipy.linalg

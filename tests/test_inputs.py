@@ -34,7 +34,7 @@ SAMPLE = (
 )
 
 
-def test_there_are_ten_of_each_kind() -> None:
+def test_each_kind_has_ten_wrong_and_ten_healthy_inputs() -> None:
     counts = Counter((one.kind, one.healthy) for one in INPUTS.values())
     assert len(KINDS) == 10
     assert set(counts.values()) == {10}
@@ -42,7 +42,9 @@ def test_there_are_ten_of_each_kind() -> None:
 
 
 @pytest.mark.parametrize("name", SAMPLE)
-def test_an_input_is_judged_as_it_should_be(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_input_is_named_and_healthy_one_raises_no_alarm(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     given = INPUTS[name]
     for file, content in given.files.items():
         (tmp_path / file).write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -81,7 +83,7 @@ def test_answers_are_judged_by_status_and_words(given: Input, status: int, outpu
     assert bool(missed) is (verdict not in ("named rightly", "unknown said", "no alarm"))
 
 
-def test_words_in_passing_are_no_answer() -> None:
+def test_progress_lines_are_no_part_of_an_answer() -> None:
     answer = answer_of(
         1,
         "\nthe rod is too long\n",
@@ -91,7 +93,7 @@ def test_words_in_passing_are_no_answer() -> None:
     assert answer.output == "\nthe rod is too long\nnote"
 
 
-def test_the_page_has_the_tables() -> None:
+def test_detection_page_has_the_tables_of_all_inputs() -> None:
     page = (Path(__file__).parents[1] / "docs" / "detection.md").read_text(encoding="utf-8")
     kept = page[page.index(BEGIN) : page.index(END)]
     for one in INPUTS.values():

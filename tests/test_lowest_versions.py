@@ -41,7 +41,7 @@ def test_lowest_constraints_name_the_lower_end_of_each_range(name: str) -> None:
     assert pinned("constraints-lowest.txt")[name] == lower_end(requirements(*INSTALLED)[name])
 
 
-def test_make_lowest_installs_the_extras_whose_lower_ends_are_pinned() -> None:
+def test_make_lowest_installs_extras_with_pinned_lower_ends() -> None:
     (asked,) = re.findall(r"constraints-lowest\.txt --editable '\.\[(.*?)\]'", (ROOT / "Makefile").read_text())
     assert sorted(asked.split(",")) == sorted(INSTALLED)
 
@@ -53,7 +53,7 @@ def test_constraints_lie_in_the_ranges(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(requirements("box2d", "exudyn", "fmi", "mjx")))
-def test_what_users_install_has_an_upper_end(name: str) -> None:
+def test_requirement_of_users_has_an_upper_end(name: str) -> None:
     assert any(one.operator == "<" for one in requirements("box2d", "exudyn", "fmi", "mjx")[name].specifier)
 
 

@@ -56,7 +56,7 @@ def test_modules_are_judged_one_by_one_and_survivors_named(tmp_path: Path, capsy
     assert [one.name for one in modules(tmp_path)] == ["conrod/bad.py", "conrod/good.py"]
 
 
-def test_nothing_mutated_is_no_pass(tmp_path: Path) -> None:
+def test_run_without_mutants_fails(tmp_path: Path) -> None:
     assert judged(tmp_path) == 1
 
 
@@ -70,13 +70,11 @@ def test_nothing_mutated_is_no_pass(tmp_path: Path) -> None:
         (NO_PAGE, 1),
     ],
 )
-def test_a_listed_mutant_that_changes_nothing_does_not_count_as_long_as_it_is_there(
-    page: str, status: int, tmp_path: Path
-) -> None:
+def test_equivalent_mutant_counts_unless_listed_with_a_reason(page: str, status: int, tmp_path: Path) -> None:
     assert judged(tmp_path, page, "    if x <= y:", one=[1, 1, 0]) == status
 
 
-def test_a_sample_counts_what_was_chosen_and_fails_where_it_was_not_run(tmp_path: Path) -> None:
+def test_sample_counts_chosen_mutants_and_fails_if_not_run(tmp_path: Path) -> None:
     folder = tmp_path / "mutants" / "src"
     folder.mkdir(parents=True)
     codes: list[int | None] = [1] * 30 + [0, None]
@@ -130,7 +128,7 @@ def test_verdicts_that_are_properties_are_mutated_as_methods() -> None:
     assert "def none(self)" in written
 
 
-def test_an_edit_of_tests_alone_plants_again_what_survived(tmp_path: Path) -> None:
+def test_edit_of_tests_alone_plants_survivors_again(tmp_path: Path) -> None:
     root, copy = tmp_path / "root", tmp_path / "copy"
     source, claim, settings = (root / name for name in ("src/conrod/a.py", "tests/test_a.py", "pyproject.toml"))
     for file, text in (
@@ -156,7 +154,7 @@ def test_an_edit_of_tests_alone_plants_again_what_survived(tmp_path: Path) -> No
     assert not results.exists()
 
 
-def test_a_sample_is_the_same_each_time_and_begins_with_changed_functions() -> None:
+def test_sample_is_repeatable_and_starts_with_changed_functions() -> None:
     names = [f"conrod.m.x_{function}__mutmut_{k}" for function in "fg" for k in range(20)]
     drawn = sample(names, {"x_g"}, 25, "conrod/m.py")
     assert len(drawn) == 25
@@ -171,7 +169,7 @@ def test_methods_are_listed_by_their_class() -> None:
     assert function_of("conrod.a.b.xǁ_Cǁ__init____mutmut_2") == "conrod.a.b._C.__init__"
 
 
-def test_what_is_mutated_and_what_kills_is_there_and_documented() -> None:
+def test_mutated_modules_and_their_tests_exist_and_are_listed() -> None:
     asked = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mutmut"]
     page = PAGE.read_text(encoding="utf-8")
     for pattern in asked["only_mutate"]:

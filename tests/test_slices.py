@@ -73,7 +73,7 @@ def test_no_room_below_imports_a_slice() -> None:
     assert found == {}
 
 
-def test_every_folder_of_a_slice_is_named_and_every_name_is_there() -> None:
+def test_table_of_slices_names_every_folder_and_nothing_else() -> None:
     packages = (path.parent for room in ("studies", "models") for path in (ROOT / room).glob("*/__init__.py"))
     folders = {f"{path.parent.name}.{path.name}" for path in packages}
     assert {*PACKAGES} - {ASSEMBLED} == folders
@@ -124,7 +124,7 @@ def test_conrod_works_without_a_slice(folder: str, tmp_path: Path) -> None:
     run_without([folder, *(one.folder for one in SLICES if folder in one.uses)], tmp_path)
 
 
-def test_a_required_slice_is_missed(tmp_path: Path) -> None:
+def test_removal_of_a_required_slice_is_detected(tmp_path: Path) -> None:
     # Negative control: the run does need what it says it needs.
     with pytest.raises(AssertionError, match=r"validat|ModuleNotFound|AttributeError"):
         run_without(["studies.validation"], tmp_path)
