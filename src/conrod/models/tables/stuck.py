@@ -45,7 +45,7 @@ def replace_stuck(table: TableComparison, stuck: Mapping[str, Mask]) -> TableCom
 def drop_stuck(table: TableComparison, stuck: Mapping[str, Mask]) -> TableComparison:
     """Drop columns that are stuck in most rows, then all rows with a stuck column."""
     kept = {name: values for name, values in table.values.items() if not (name in stuck and stuck[name].mean() > 0.5)}
-    rows = ~np.any([stuck[name] for name in stuck if name in kept] or [np.zeros(len(table.times))], axis=0)
+    rows = ~np.any([stuck[name] for name in stuck if name in kept] or [np.zeros(len(table.times), bool)], axis=0)
     return replace(table, values={name: values[rows] for name, values in kept.items()})
 
 
