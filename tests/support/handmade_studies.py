@@ -9,9 +9,10 @@ import numpy as np
 
 from conrod.comparison.compare import Size
 from conrod.comparison.trajectory import Outcome
+from conrod.exact.motion import QUANTITIES
 from conrod.exact.space.mobility import Mobility
 from conrod.execution.result import SceneResults
-from conrod.mjcf.loop_results import QUANTITIES, LoopRequest, LoopRun, LoopStudy, ShippedRun
+from conrod.mjcf.loop_results import LoopRequest, LoopRun, LoopStudy, ShippedRun
 from conrod.mjcf.request import ModelFacts, ModelRequest, PointPlace
 from conrod.models.check.frame import Frame, PlaneView
 from conrod.models.check.identity import Identity
