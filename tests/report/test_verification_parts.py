@@ -75,7 +75,7 @@ def slopes(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("slopes")
-def test_given_uncertainties_of_lengths_are_joined_where_they_move_a_point_most() -> None:
+def test_length_uncertainties_combine_at_their_largest_effect() -> None:
     found, deviations, together = parts.parameters_section(BELOW, {"crank": 3e-4, "rod": 2e-4}, {"rod": -3e-4})
     # At the second angle: (2 * 0.3 mm)^2 + (1.5 * 0.2 mm)^2 = 0.45 mm^2, of which the crank's is 0.36 mm^2.
     assert together == pytest.approx(np.sqrt(0.45e-6))
@@ -88,7 +88,7 @@ def test_given_uncertainties_of_lengths_are_joined_where_they_move_a_point_most(
 
 
 @pytest.mark.usefixtures("slopes")
-def test_a_thousandth_of_each_length_stands_for_uncertainties_that_are_not_given() -> None:
+def test_lengths_without_uncertainty_count_with_a_thousandth() -> None:
     found, deviations, together = parts.parameters_section(BELOW, {}, {})
     # (1.5 * 0.3 mm)^2 + (2 * 0.1 mm)^2 + (0.1 * 0.05 mm)^2 = 0.242525 mm^2.
     table = lengths_table(
@@ -154,7 +154,7 @@ def judged_scene() -> Any:
         (1.5e-4, "0.15", "E is more than twice the validation uncertainty u_val of 0.19 mm", True),
     ],
 )
-def test_an_error_beyond_twice_the_validation_uncertainty_stands_out(
+def test_error_beyond_twice_validation_uncertainty_stands_out(
     measurements: float, shown: str, words: str, off: bool
 ) -> None:
     found, deviations = parts.validation_section(judged_scene(), MEASURED, (1.2e-4, measurements))
@@ -172,7 +172,7 @@ def test_an_error_beyond_twice_the_validation_uncertainty_stands_out(
 
 
 @pytest.mark.parametrize("known", [(1.2e-4, None), (None, 1.6e-4)])
-def test_without_a_part_of_the_uncertainty_an_error_says_nothing(known: tuple[float | None, float | None]) -> None:
+def test_error_says_nothing_without_a_part_of_the_uncertainty(known: tuple[float | None, float | None]) -> None:
     found, deviations = parts.validation_section(judged_scene(), MEASURED, known)
     given = ("0.12 mm", "not given (--uncertainty)") if known[1] is None else ("not given (--uncertainty)", "0.16 mm")
     assert found == VerificationSection(
@@ -196,7 +196,7 @@ def test_validation_needs_measured_positions() -> None:
     assert parts.validation_section(judged_scene(), rates, (1e-4, 1e-4)) == (VerificationSection((), (words,)), [])
 
 
-def test_the_comparison_error_is_the_largest_length_over_all_points() -> None:
+def test_comparison_error_is_the_largest_over_all_points() -> None:
     # Without a crank angle of its own a table has positions at the nominal time alone.
     scene = Saw()
     errors = {"C": {"total": curve(1e-3)}, "M": {"total": curve(2e-3), "velocity": curve(1.0)}}
@@ -257,7 +257,7 @@ def test_the_domain_of_validity_is_that_of_the_limits() -> None:
     )  # fmt: skip
 
 
-def test_a_domain_of_validity_that_was_not_given_is_missing() -> None:
+def test_domain_of_validity_is_missing_unless_given() -> None:
     words = "missing: no results of `conrod limits` were given (`--limits DIR`)"
     for study, scene in ((None, SCENE), (limit_study(), None)):
         assert parts.validity_section(study, scene) == (VerificationSection((), (words,)), [])

@@ -59,7 +59,7 @@ def judged_scene() -> Any:
     )
 
 
-def test_sections_of_a_scene_say_limits_errors_orders_and_settings() -> None:
+def test_sections_of_a_scene_state_limits_errors_and_settings() -> None:
     found, deviations = study_sections(judged_scene())
     assert list(found) == ["criteria", "code", "solution", "settings"]
     # Errors of 1.6e-4 over L = 0.2 m are 0.032 mm; the rms is half of the largest 3e-4; 1e-3 rad are 0.057 deg.
@@ -113,7 +113,7 @@ def test_sections_of_a_scene_name_what_stock_adds_to_the_engine() -> None:
     )
 
 
-def test_sections_of_a_scene_without_limits_have_an_open_deviation() -> None:
+def test_sections_of_a_scene_without_limits_have_a_deviation() -> None:
     found, deviations = study_sections(scene_study(made.validation_result("tuned")))
     assert found["criteria"] == VerificationSection((criteria(),), (NO_CRITERION,))
     assert found["code"] == VerificationSection((code(),), (NO_ORDER,))
@@ -128,7 +128,7 @@ def test_no_order_is_claimed_of_a_contact() -> None:
     assert [one.formal for one in all_refinements(scene_study(result))] == [4] * 3
 
 
-def test_sections_of_a_model_say_its_paths_its_own_run_and_its_refinement() -> None:
+def test_sections_of_a_model_state_paths_own_run_and_refinement() -> None:
     study = model_study()
     found, deviations = study_sections(study)
     # The drive keeps its speed to 1e-7 of 4 pi rad, which is 7.2e-5 deg; 2e-9 rad are 1.1e-7 deg.
@@ -177,7 +177,7 @@ def test_sections_of_a_model_say_its_paths_its_own_run_and_its_refinement() -> N
     ]
 
 
-def test_refinements_of_a_model_are_at_the_steps_of_its_judged_run() -> None:
+def test_refinements_of_a_model_use_the_steps_of_its_judged_run() -> None:
     found = list(all_refinements(model_study()))
     assert found == [
         Refinement("hardened", name, 100, tuple(zip(made.PATH, errors, strict=True)), 4)
@@ -185,7 +185,7 @@ def test_refinements_of_a_model_are_at_the_steps_of_its_judged_run() -> None:
     ]
 
 
-def test_sections_of_a_model_that_did_not_run_judge_its_paths_alone() -> None:
+def test_sections_of_a_model_without_runs_judge_paths_alone() -> None:
     found, deviations = study_sections(model_study(tolerance=None, runs={}, refined={}))
     (table,) = found["criteria"].tables
     assert table == criteria(("kinematic mode", "position", "1e-06", "1.0e-5 (0.0020 mm)"))
@@ -235,7 +235,7 @@ def test_sections_of_closed_loops_are_in_si() -> None:
     assert deviations == []
 
 
-def test_refinements_of_closed_loops_are_sorted_by_steps_and_claim_positions_alone() -> None:
+def test_refinements_of_loops_are_sorted_claiming_positions_only() -> None:
     found = list(all_refinements(loop_study()))
     assert [(one.run, one.quantity, one.steps, one.formal) for one in found] == [
         ("as it is", "position", 100, None),
@@ -292,7 +292,7 @@ def test_sections_of_a_table_say_its_errors_columns_and_notes() -> None:
         ((2.0**8.6, 2.0**4.3, 1.0), 4, 4.3, True),
     ],
 )  # fmt: skip
-def test_the_observed_order_of_a_refinement(
+def test_observed_order_of_a_refinement_follows_its_errors(
     errors: tuple[float, ...], formal: int | None, order: float | None, off: bool
 ) -> None:
     path = tuple((100 * 2**k, 1e-6 * error) for k, error in enumerate(errors))
@@ -302,7 +302,7 @@ def test_the_observed_order_of_a_refinement(
     assert one.finest == pytest.approx(1e-6 * errors[-1])
 
 
-def test_rounding_is_no_order_that_is_off() -> None:
+def test_errors_near_rounding_have_no_order_that_is_off() -> None:
     for finest, off in ((0.9e-11, False), (1.1e-11, True)):
         path = ((100, 4.0 * finest), (200, 2.0 * finest), (400, finest))
         assert Refinement("run", "position", 400, path, 4).is_off is off
