@@ -164,9 +164,6 @@ def _rigid_points(turning: Turning) -> tuple[str, ...]:
 
 def _stops(turning: Turning, states: Array) -> Iterator[str]:
     """Yield joints whose limits keep the model from its turn, given coordinates (nq, T) without limits."""
-    off = mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    if turning.model.opt.disableflags & off:
-        return
     for joint in turning.machine.tree.joints:
         if joint.range is None:
             continue
