@@ -14,7 +14,7 @@ from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
 from conrod.execution.result import EngineCase, Plan
 from conrod.scenes import Scene
-from conrod.studies.validation.plan import empty_result, prepare_run
+from conrod.studies.validation.dynamic_mode import empty_result, prepare_run
 from conrod.studies.validation.results import ValidationResult
 
 PARAMETERS, SPEEDS = 0.2, math.log(5.0)  # largest change of a parameter, of the logarithm of the speed

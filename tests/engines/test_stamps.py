@@ -13,7 +13,7 @@ from catalogue import CAM, PRESS, SAW, VARIATIONS
 
 from conrod import MuJoCoSettings, Outcome, PymunkSettings
 from conrod.comparison.compare import compare
-from conrod.comparison.outcome import RunVerdict, judge
+from conrod.comparison.outcome import RunVerdict, judge_outcome
 from conrod.comparison.trajectory import Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.mujoco.dynamics import combine_verdicts, detect_engine_stop, drive_torque, simulate
@@ -125,7 +125,7 @@ def test_a_failure_in_one_piece_is_reported_in_all_later_ones() -> None:
     for piece in engine_named("mujoco").run(SAW, light, 1.0, 0.0, 50):
         assert piece.trajectory.bodies is not None
         outcomes.append(piece.trajectory.outcome)
-        alone.append(judge(SAW.kinematics, piece.trajectory.bodies, SAW.speed).outcome)
+        alone.append(judge_outcome(SAW.kinematics, piece.trajectory.bodies, SAW.speed).outcome)
     first = outcomes.index(Outcome.STALLED)
     assert set(outcomes[:first]) == {Outcome.COMPLETED} == {alone[-1]}
     assert set(outcomes[first:]) == {Outcome.STALLED}

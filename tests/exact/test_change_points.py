@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from described import CATALOGUE, changed, tables
 
-from conrod.comparison.outcome import judge
+from conrod.comparison.outcome import judge_outcome
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
@@ -19,7 +19,7 @@ from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.execution.result import Plan
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
-from conrod.studies.validation.plan import validate_dynamic
+from conrod.studies.validation.dynamic_mode import validate_dynamic
 
 PARALLELOGRAM, DOUBLE_ROCKER = CATALOGUE / "parallelogram.toml", CATALOGUE / "double-rocker.toml"
 START, CRANK, GROUND = math.radians(60.0), 0.1, 0.25
@@ -165,7 +165,7 @@ def test_run_flips_when_it_leaves_smooth_continuation(
     for poses, outcome in ((smooth, Outcome.COMPLETED), (other, Outcome.FLIPPED)):
         still = np.zeros_like(poses)
         states = BodyStates(Instants(angle, angle, np.ones_like(angle), np.zeros_like(angle)), poses, still, still)
-        assert judge(kinematics, BodyTracks(states, states, states), 1.0).outcome is outcome
+        assert judge_outcome(kinematics, BodyTracks(states, states, states), 1.0).outcome is outcome
 
 
 def test_run_through_change_points_is_not_judged(parallelogram: DescribedScene) -> None:

@@ -19,7 +19,7 @@ from conrod.mechanism.units import REVOLUTION
 from conrod.scenes import catalogue_scene
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 from conrod.studies.limits.changed_machines import dead_centre_angles
-from conrod.studies.validation.study import validate_kinematic
+from conrod.studies.validation.kinematic_mode import validate_kinematic
 
 MOVING = tuple(law for law in LAWS if law != DWELL)
 CAMS = tuple(f"cam-{law}" for law in MOVING)

@@ -24,7 +24,7 @@ from synthetic import (
 
 from conrod import Comparison, Outcome, compare
 from conrod.comparison.compare import ExactMotions, track_errors
-from conrod.comparison.outcome import judge
+from conrod.comparison.outcome import judge_outcome
 from conrod.comparison.trajectory import BodyTracks, Instants, PointTracks, Track
 from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
@@ -174,7 +174,7 @@ def test_other_branch_is_large_error_without_gap(name: str) -> None:
     # Every joint is closed: it takes the branch's sign to tell how this run ended.
     assert found.closure.position <= ROUNDING
     assert trajectory.bodies is not None
-    assert judge(scene.kinematics, trajectory.bodies, scene.speed).outcome is Outcome.FLIPPED
+    assert judge_outcome(scene.kinematics, trajectory.bodies, scene.speed).outcome is Outcome.FLIPPED
 
 
 @pytest.mark.parametrize("name", {**DEFECTIVE_LINKAGES, **DEFECTIVE_CAMS})

@@ -21,7 +21,7 @@ from conrod.comparison.outcome import (
     MAX_SPEED_ERROR,
     RunVerdict,
     combine_verdicts,
-    judge,
+    judge_outcome,
 )
 from conrod.comparison.trajectory import BodyStates, BodyTracks
 from conrod.execution.resolve_arguments import select_scene
@@ -38,7 +38,7 @@ def exact_states(scene: Any) -> BodyStates:
 def verdict(scene: Any, change: Change = lambda states: states) -> RunVerdict:
     """The judgement of an exact run with a change to its body states."""
     states = change(exact_states(scene))
-    return judge(scene.kinematics, BodyTracks(states, states, states), scene.speed)
+    return judge_outcome(scene.kinematics, BodyTracks(states, states, states), scene.speed)
 
 
 def moved(body: int, way: tuple[float, float], first: int = 0) -> Change:
@@ -77,7 +77,7 @@ def test_run_is_diverged_when_state_is_not_finite(level: str, field: str, bad: f
     values = getattr(states, field).copy()
     values[17, 4] = bad
     tracks = replace(BodyTracks(states, states, states), **{level: replace(states, **{field: values})})
-    found = judge(scene.kinematics, tracks, scene.speed)
+    found = judge_outcome(scene.kinematics, tracks, scene.speed)
     assert found.outcome is Outcome.DIVERGED
     assert found.reason == f"not finite from {states.instants.times[17]:.6g} s on"
 
@@ -199,7 +199,7 @@ def test_combine_verdicts_keeps_worse_outcome_and_larger_gap() -> None:
     deep = RunVerdict.of_size(Outcome.LOST_CONTACT, "slider-pin: gap up to", 1.0)
     assert combine_verdicts(small, deep) == deep
     states = exact_states(SAW)
-    assert judge(SAW.kinematics, BodyTracks(states, states, states), SAW.speed, small) == small
+    assert judge_outcome(SAW.kinematics, BodyTracks(states, states, states), SAW.speed, small) == small
 
 
 @pytest.mark.parametrize("name", DEFECTIVE_LINKAGES)
@@ -207,5 +207,5 @@ def test_run_with_small_defect_is_completed(name: str) -> None:
     scene = DEFECTIVE_LINKAGES[name]
     states = body_states(longer_rod(scene), instants(scene.speed, 2.0))
     tracks = BodyTracks(states, states, states)
-    assert judge(scene.kinematics, tracks, scene.speed).outcome is Outcome.COMPLETED
+    assert judge_outcome(scene.kinematics, tracks, scene.speed).outcome is Outcome.COMPLETED
     assert compare(synthetic_trajectory(scene, longer_rod(scene), stamps=TOGETHER), scene).worst("position") > 1e-5

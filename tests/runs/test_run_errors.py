@@ -29,7 +29,7 @@ from conrod.engines.engine import Engine
 from conrod.engines.run import run_in_one_piece
 from conrod.execution.result import Plan
 from conrod.execution.run import RunCase, measure
-from conrod.studies.validation.plan import validate_dynamic
+from conrod.studies.validation.dynamic_mode import validate_dynamic
 
 NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
 COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 65_536, 70_001)

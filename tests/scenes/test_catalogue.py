@@ -25,7 +25,8 @@ from conrod.scenes import (
     dynamics_names,
     scene_named,
 )
-from conrod.studies.validation.study import validate_kinematic, validation_study
+from conrod.studies.validation.kinematic_mode import validate_kinematic
+from conrod.studies.validation.study import validation_study
 
 NAMES = catalogue_names()
 QUICK_MACHINES = ("slider-crank", "swinging-four-bar")

@@ -23,7 +23,7 @@ from conrod.studies.detection.qualification import (
     motion_judge,
     smallest_noticed_size,
 )
-from conrod.studies.validation.plan import prepare_run
+from conrod.studies.validation.dynamic_mode import prepare_run
 
 SAW = SCENES["saw-500rpm"]
 CHEAP = Plan(250, 0.5)
@@ -62,7 +62,7 @@ def test_a_blind_judge_is_told() -> None:
     assert {one.defect for one in blind.motion if one.by} == {"other branch", "run cut short", "no number in a sample"}
     result = replace(prepare_run("saw", SAW, engine_named("mujoco"), "tuned", CHEAP)[0], passed=True)
     assert result.with_qualification(blind).passed is False
-    assert "no verdict" in result.with_qualification(blind).faults()[0]
+    assert "no verdict" in result.with_qualification(blind).other_failures()[0]
     assert result.with_qualification(qualified()).passed is True
 
 

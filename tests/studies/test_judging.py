@@ -24,8 +24,9 @@ from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
+from conrod.studies.validation.kinematic_mode import validate_kinematic
 from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult
-from conrod.studies.validation.study import ValidationCase, validate_kinematic
+from conrod.studies.validation.study import ValidationCase
 
 SAW: Any = SCENES["saw-40rpm"]
 WITHIN, ALLOWED = 1e-7, 1e-6

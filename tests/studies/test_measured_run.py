@@ -20,7 +20,7 @@ from conrod.execution.prediction import predicted_errors
 from conrod.execution.result import Plan
 from conrod.execution.run import RunCase, clamp_to_span, measure, unsupported_measurement
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.validation.plan import DRAWN_POSES, validate_dynamic
+from conrod.studies.validation.dynamic_mode import DRAWN_POSES, validate_dynamic
 
 SAW: Any = SCENES["saw-40rpm"]
 GENEVA: Any = scene_named("geneva")

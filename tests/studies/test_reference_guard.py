@@ -32,8 +32,8 @@ from conrod.report.results import summary_words, verdict_words
 from conrod.scenes import SCENES, catalogue_scene, scene_named
 from conrod.scenes.saw import Saw
 from conrod.studies.forces.study import ForcePlan, validate_forces
-from conrod.studies.validation.plan import validate_dynamic
-from conrod.studies.validation.study import validate_kinematic
+from conrod.studies.validation.dynamic_mode import validate_dynamic
+from conrod.studies.validation.kinematic_mode import validate_kinematic
 
 SAW = SCENES["saw-500rpm"]
 PRESETS = [(e, p) for e in ("mujoco", "pymunk") for p in engine_named(e).presets]

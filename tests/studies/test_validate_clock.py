@@ -15,7 +15,7 @@ from conrod.engines.mujoco import dynamics as mujoco
 from conrod.engines.pymunk import dynamics as pymunk
 from conrod.execution.result import Plan
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.validation.plan import validate_dynamic
+from conrod.studies.validation.dynamic_mode import validate_dynamic
 from conrod.studies.validation.results import ValidationResult
 
 SAW = SCENES["saw-40rpm"]

@@ -37,7 +37,7 @@ class Outputs(Generic[F]):
     file: Path | None = None
     html: Path | None = None
 
-    def answer(
+    def print_and_write(
         self,
         found: Findings[F],
         command: str,

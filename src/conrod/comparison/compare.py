@@ -1,6 +1,7 @@
 """Comparison of a trajectory with the exact motion: errors as docs/design.md names them, at the crank angle reached.
 
-A comparison works with any `ExactReference`; it depends on neither scenes nor engines.
+A comparison works with any `ExactReference`; it depends on neither scenes nor engines. `compare` is for users with a
+whole trajectory; studies feed each `Stretch` of a run to the recorders of `run_errors`, with the same errors.
 """
 
 from __future__ import annotations

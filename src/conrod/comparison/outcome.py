@@ -30,10 +30,10 @@ CHANGE_POINT_DISTANCE = 0.1
 
 @dataclass(frozen=True)
 class RunVerdict:
-    """An outcome with its details.
+    """How a run ended: its outcome, and the reason in words. Whether its errors pass is `Result.passed`.
 
     Attributes:
-        largest: size [m] in the reason, with the words before and after it; None if the reason has no size.
+        largest: the reason in three parts if it states a size: the words before it, the size [m], the words after it.
     """
 
     outcome: Outcome
@@ -70,7 +70,7 @@ def combine_verdicts(before: RunVerdict, after: RunVerdict) -> RunVerdict:
     return min(before, after, key=lambda verdict: VERDICT_ORDER.index(verdict.outcome))
 
 
-def judge(
+def judge_outcome(
     kinematics: Kinematics, bodies: BodyTracks, speed: float, before: RunVerdict = RunVerdict(Outcome.COMPLETED)
 ) -> RunVerdict:
     """Judge a run by its recorded states.

@@ -142,7 +142,7 @@ class TimedStepping(Protocol):
         ...
 
     def reference_loop(self) -> Callable[[int], None]:
-        """The stepper of the fixed slider-crank that timings are divided by."""
+        """Stepper of the fixed slider-crank, whose wall time is the unit of timings."""
         ...
 
 

@@ -102,7 +102,11 @@ class EngineSettings(ABC):
         """Time constant [s] with which joints or contacts correct a violation; 0 if within one step."""
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields as JSON values, including dropped ones and, where they differ from their default, added ones."""
+        """Return the fields as JSON values, so that equal settings of any version of conrod have equal keys.
+
+        Fields that the class no longer has (`former_fields`) are included; those that it gained later
+        (`FIELDS_ADDED_LATER`) only if they differ from their default.
+        """
         # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
         return {**self.former_fields} | {
             name: list(value) if type(value) is tuple else value

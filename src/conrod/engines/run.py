@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.comparison.compare import Stretch
-from conrod.comparison.outcome import RunVerdict, judge
+from conrod.comparison.outcome import RunVerdict, judge_outcome
 from conrod.comparison.run_errors import Recorder
 from conrod.comparison.trajectory import (
     ArrayMapper,
@@ -188,7 +188,7 @@ def record_pieces(
             found = record(known, times)
             new = _keep_last(last - first)
             bodies, points = new(found.bodies), {name: new(tracks) for name, tracks in found.points.items()}
-            judged = judge(machine.kinematics, bodies, machine.speed, judged)
+            judged = judge_outcome(machine.kinematics, bodies, machine.speed, judged)
         verdict = found.finish_verdict(judged)
         ticks = found.clock
         if ticks is None:

@@ -154,10 +154,11 @@ class Drift:
     """A result that differs from its baseline by more than rounding.
 
     Attributes:
-        what: the number, a setting of the engine, or `outcome`.
-        was, now: as a person reads them.
-        digits: by which the change exceeds its band; None where there is no size.
-        better: whether an error fell; None of what is no error.
+        result: engine and preset, or the label of the run.
+        what: what differs: a number, a setting of the engine, or `outcome`.
+        was, now: its values as text.
+        digits: decimal logarithm of the change over the rounding band of the number; None for what is no number.
+        better: whether an error became smaller; None for what is no error.
     """
 
     result: str

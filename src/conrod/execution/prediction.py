@@ -36,7 +36,9 @@ CHECKED_ANGLES, ANGLE_OFFSET = (
 # Engines may compute in single precision, and a point's motion by another way than a body's: some 30 last digits.
 SINGLE_PRECISION, POINTS_PREFIX = 2e-6, "points'"
 Rows = NDArray[np.intp] | slice
-Misfit = Mapping[str, float]  # difference, what is allowed, and the crank angle [rad] where the two fit least
+# Worst disagreement of a measured error with the one predicted from constraint violations: their difference, the
+# difference that is allowed, and the crank angle [rad].
+Misfit = Mapping[str, float]
 
 
 @dataclass(frozen=True)

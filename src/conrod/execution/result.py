@@ -56,10 +56,10 @@ class Result(ABC):
 
     @property
     def distrust(self) -> str:
-        """Reason to distrust conrod's own figures, in words; empty if there is none."""
+        """Why the exact motion cannot be trusted, from its misfit with the joints' equations; empty if it can."""
         return ""
 
-    def faults(self) -> list[str]:
+    def other_failures(self) -> list[str]:
         """Reasons for failing the result other than errors out of tolerance, in words."""
         return []
 
@@ -82,17 +82,20 @@ class Result(ABC):
         return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
 
     def with_verdict(self, asked: Mapping[str, float] | None = None) -> Self:
-        """Return the result with its verdict.
+        """Return the result with its verdict, `passed`.
+
+        It is called when a result is found, and again when it is read from the ledger, where a user's tolerances may
+        have to replace those of the study.
 
         Args:
-            asked: tolerances that replace the result's own.
+            asked: tolerances of the user; None for the result's own.
         """
         if self.outcome == Outcome.UNSUPPORTED.slug:
             return self
         result = self if asked is None else self._with_tolerances(asked)
         if self.distrust:
             return replace(result, passed=False)
-        passed = result.completed and not result.out_of_tolerance() and not (asked is None and result.faults())
+        passed = result.completed and not result.out_of_tolerance() and not (asked is None and result.other_failures())
         return replace(result, passed=passed if result.limits else None)
 
     @abstractmethod

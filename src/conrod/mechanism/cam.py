@@ -90,7 +90,7 @@ class CamProfile:
         """Points (N, 2) [m] around the whole profile, counter-clockwise, the first one repeated at the end."""
         return self.points(np.linspace(-np.pi, np.pi, count))
 
-    def joints(self) -> tuple[Array, Array]:
+    def segment_joints(self) -> tuple[Array, Array]:
         """Points (N, 2) [m] where arcs meet, and outward normals there (N, 2); empty for a single arc."""
         arcs = self.arcs if len(self.arcs) > 1 else ()
         normals = np.array([(math.cos(arc.start), math.sin(arc.start)) for arc in arcs]).reshape(-1, 2)

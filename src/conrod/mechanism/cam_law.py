@@ -166,7 +166,7 @@ class LawProfile:
         """Points (N, 2) [m] around the whole profile, counter-clockwise, the first one repeated at the end."""
         return self.points(-self.sense * np.linspace(0.0, REVOLUTION, count))
 
-    def joints(self) -> tuple[Array, Array]:
+    def segment_joints(self) -> tuple[Array, Array]:
         """Points (N, 2) [m] of the profile where segments meet, and its outward normals there (N, 2)."""
         return self.points(self.begins), self.pitch(self.begins).normals
 

@@ -95,11 +95,11 @@ class Run:
     """A run with its states, observed points and contacts."""
 
     model: mujoco.MjModel
-    states: Array  # (S, n) at samples, evenly spaced, the first is the start
-    points: Array  # (S, p, 3) [m]: origins and centres of gravity of all bodies that can move
-    steps: int  # that were made before anything broke
+    states: Array  # (T, n) at T evenly spaced samples, the first is the start
+    points: Array  # (T, p, 3) [m]: origins and centres of gravity of all bodies that can move
+    steps: int  # number of steps made until the run ended or broke off
     touched: dict[tuple[int, int], int]  # how many steps a pair of geoms was in contact
-    broke: str  # why the engine gave up, or should have; empty where it did not
+    broke: str  # why the run broke off: a warning of MuJoCo, or "not finite"; empty if it came to its end
     acting: tuple[OtherForce, ...] = ()  # besides weight, inertia and the loops
 
     @property
@@ -109,11 +109,11 @@ class Run:
 
     @property
     def centres(self) -> Array:
-        """Centres of gravity (S, p / 2, 3) [m]."""
+        """Centres of gravity (T, p / 2, 3) [m]."""
         return self.points[:, self.points.shape[1] // 2 :]
 
     def constraint_violations(self, extent: float) -> Array:
-        """Violation of each equality (S, neq) [m], an angle times an extent [m]."""
+        """Violation of each equality (T, neq) [m] at the samples; angles are multiplied by an extent [m]."""
         found = [constraint_violations(self.model, data, extent) for data in forward_at_states(self.model, self.states)]
         return np.reshape(found, (len(found), self.model.neq))
 

@@ -40,7 +40,7 @@ def verdict_words(result: Result) -> str:
         return "measured, not judged"
     if result.passed:
         return f"within tolerance{lacking_words(result)}"
-    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.out_of_tolerance()), *result.faults()])
+    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.out_of_tolerance()), *result.other_failures()])
 
 
 def lacking_words(result: Result) -> str:

@@ -120,7 +120,10 @@ def _mean_plausibility(text: str, plausible: Callable[[str, str, str], float]) -
 
 
 def _western_plausibility(run: str, before: str, after: str) -> float:
-    """Western text: accented letters singly or in pairs within lower-case words, signs next to words."""
+    """Plausibility of a run of letters in Western text, from 0 to 1.
+
+    Accented letters stand singly or in pairs within lower-case words, signs next to words.
+    """
     if all(letter in SIGNS for letter in run):
         return 1.0 if len(run) <= 2 else 0.5
     if not all(letter.isalpha() and letter < "\u0180" for letter in run) or len(run) > 2:
@@ -132,11 +135,15 @@ def _western_plausibility(run: str, before: str, after: str) -> float:
 
 
 def _chinese_plausibility(run: str, before: str, after: str) -> float:
+    """Mean plausibility of the letters of a run as Chinese text."""
     return sum(map(_hanzi_plausibility, run)) / len(run)
 
 
 def _hanzi_plausibility(letter: str) -> float:
-    """The 3755 characters of level 1 of GB 2312 make up nearly all of a Chinese text."""
+    """Plausibility of a letter in Chinese text, from 0 to 1.
+
+    The 3755 characters of level 1 of GB 2312 make up nearly all of a Chinese text.
+    """
     try:
         lead = letter.encode("gb2312")[0]
     except UnicodeEncodeError:
@@ -145,11 +152,15 @@ def _hanzi_plausibility(letter: str) -> float:
 
 
 def _japanese_plausibility(run: str, before: str, after: str) -> float:
+    """Mean plausibility of the letters of a run as Japanese text."""
     return sum(map(_kana_or_kanji_plausibility, run)) / len(run)
 
 
 def _kana_or_kanji_plausibility(letter: str) -> float:
-    """Kana and the 2965 characters of level 1 of JIS X 0208 make up nearly all of a Japanese text."""
+    """Plausibility of a letter in Japanese text, from 0 to 1.
+
+    Kana and the 2965 characters of level 1 of JIS X 0208 make up nearly all of a Japanese text.
+    """
     if "\u3040" <= letter <= "\u30ff":
         return 1.0
     if "\uff61" <= letter <= "\uff9f":

@@ -100,7 +100,10 @@ def _is_loosened(was: str, now: str) -> bool:
 
 
 def _statements(of: Verification) -> Statements:
-    """Return all statements of a report, by section and by names of rows that stay the same."""
+    """Return all statements of a report, by section and row.
+
+    A row is named by its leading cells, which are the same in the next report, so that two reports can be compared.
+    """
     found = {
         "report": {"on": of.subject, "verdict": of.verdict, "command": of.command},
         OPEN: dict.fromkeys(of.deviations, "open"),

@@ -52,7 +52,10 @@ class Box2DSettings(EngineSettings):
         check_number("length_scale", self.length_scale, 1.0 / MAX_LENGTH_SCALE, MAX_LENGTH_SCALE)
 
     def time_constant(self, contact: bool) -> float:
-        # A contact corrects a fifth of its overlap (b2_baumgarte) in each iteration of a step; joints their whole gap.
+        """Time constant [s]: the step for contacts; 0 for joints, which correct their whole gap in a step.
+
+        A contact corrects a fifth of its overlap (b2_baumgarte) in each iteration of a step.
+        """
         return self.timestep if contact else 0.0
 
     @classmethod

@@ -301,7 +301,7 @@ class Box2DEngine(Engine[Box2DSettings]):
     stepper = Box2DStepper
 
     def reference_loop(self) -> Box2DStepper:
-        """The fixed slider-crank that timings are divided by, at 1000 steps per revolution."""
+        """Stepper of the fixed slider-crank, the unit of timings, at 1000 steps per revolution."""
         return Box2DStepper(TIMED_REFERENCE, Box2DSettings.stock(TIMED_REFERENCE, 1000))
 
 

@@ -39,7 +39,7 @@ class ExudynSettings(EngineSettings):
         check_number("absolute_tolerance", self.absolute_tolerance, 1e-15, 1.0)
 
     def time_constant(self, contact: bool) -> float:
-        # Constraints on velocities never correct a gap; those on positions do so at every step.
+        """Time constant [s]: infinite with constraints on velocities, which correct no gap; else 0, within a step."""
         return math.inf if self.solver == TRAPEZOIDAL else 0.0
 
     @classmethod

@@ -306,7 +306,7 @@ class Exudyn(Engine[ExudynSettings]):
     stepper = ExudynStepper
 
     def reference_loop(self) -> ExudynStepper:
-        """The fixed slider-crank that timings are divided by, at 1000 steps per revolution."""
+        """Stepper of the fixed slider-crank, the unit of timings, at 1000 steps per revolution."""
         return ExudynStepper(TIMED_REFERENCE, ExudynSettings.stock(TIMED_REFERENCE, 1000))
 
 

@@ -135,7 +135,7 @@ def stepper(machine: Machine, settings: MJXSettings) -> Callable[[int], None]:
 
 
 def reference_loop() -> Callable[[int], None]:
-    """The fixed slider-crank of MuJoCo that timings are divided by, in single precision."""
+    """Stepper of MuJoCo's fixed slider-crank, the unit of timings, in single precision."""
     loop = MUJOCO.reference_loop()
     return _compiled_stepper(mjx.put_model(loop.model), mjx.put_data(loop.model, loop.data), double=False)
 
@@ -165,7 +165,10 @@ LAW = (
 
 
 def expected_error(machine: Machine, settings: MJXSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for Euler in double precision with constant impedance, on machines with weight and no model edits."""
+    """Bounds on the errors of a run: of Euler in double precision, with constant impedance.
+
+    There are none for other settings, for machines without weight, or for models with edits.
+    """
     if machine.kinematics.change_angles.size:
         return ExpectedError(law=NO_BOUND_AT_CHANGE_POINT)
     if settings.dressing or not settings.gravity or settings.precision == "single":

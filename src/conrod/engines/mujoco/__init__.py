@@ -81,6 +81,7 @@ class MuJoCoSettings(EngineSettings):
                 check_number(f"{name} impedance", impedance, 0.0, 1.0)
 
     def time_constant(self, contact: bool) -> float:
+        """Time constant [s] of solref, of contacts or of closures."""
         return (self.contact_solref if contact else self.solref)[0]
 
     @classmethod

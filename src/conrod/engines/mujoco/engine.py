@@ -128,7 +128,7 @@ class MuJoCoStepper:
 
 
 def reference_loop() -> MuJoCoStepper:
-    """The fixed slider-crank that timings are divided by, with a flywheel of 10 kg m^2 and stock tolerance."""
+    """Stepper of the fixed slider-crank, the unit of timings, with a flywheel of 10 kg m^2 and stock tolerance."""
     return MuJoCoStepper(TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
 
 

@@ -89,7 +89,7 @@ class DrivenCourse:
 
 
 def rk4_local_errors(tree: SpanningTree, course: DrivenCourse, constant: float, step: float) -> tuple[Array, Array]:
-    """Gaps and gap rates (T, 3 n) that one step of RK4 from each exact state leaves, over the step.
+    """Gaps and gap rates (T, 3 n) after one step of RK4 from each exact state, divided by the step.
 
     Args:
         constant: time constant c of the closures [rad].
@@ -247,8 +247,9 @@ LAW = (
 
 
 def expected_error(machine: Machine, settings: MuJoCoSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for RK4 with constant impedance, on linkages whose bodies have their weight and no model edits.
+    """Bounds on the errors of a run: of linkages by RK4 with constant impedance, of cams by their contact.
 
+    There are none for other settings, for bodies without weight, or for models with edits.
     The drive is a flywheel, whose rate varies by the energy that the crank exchanges with the links over its own.
     """
     if not machine.kinematics.mechanism.cam_contacts and not compat.CLOSURES_ARE_BOUNDED:

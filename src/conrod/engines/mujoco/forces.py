@@ -20,7 +20,7 @@ from functools import cache
 import mujoco
 import numpy as np
 
-from conrod.comparison.outcome import judge
+from conrod.comparison.outcome import judge_outcome
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
@@ -96,7 +96,7 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
         poses, rates = made.forward_kinematics(coordinates, speeds)
         where = Instants(times, coordinates[:, made.crank_coordinate], speeds[:, made.crank_dof], np.zeros(len(times)))
         kept = BodyStates(where, poses, rates, np.zeros_like(poses))
-        verdict = judge(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
+        verdict = judge_outcome(machine.kinematics, BodyTracks(kept, kept, kept), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
         return unreported_forces(mechanism, verdict)
     with apply_load_laws(made.model, made.tree):

@@ -202,7 +202,7 @@ def minimal_settings(machine: Machine, steps_per_revolution: int) -> MuJoCoSetti
 
 
 def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Ingredients:
-    """Ingredients that apply to the machine: optional ones first, then the parts of the minimal model."""
+    """Return what `conrod ablate` adds to the minimal model of a machine, then what it removes from it."""
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
     found = (*_optional_ingredients(minimal, contact, any(mechanism.gravity)), *_minimal_ingredients(minimal, contact))

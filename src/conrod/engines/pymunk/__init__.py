@@ -146,8 +146,8 @@ class PymunkSettings(EngineSettings):
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
 
     def time_constant(self, contact: bool) -> float:
+        """Time constant -1 / ln(bias) [s]: the share bias^t of an error is left after a time t [s]."""
         bias = self.collision_bias if contact else self.error_bias
-        # The share bias^t of an error is left after a time t.
         return math.inf if bias >= 1.0 else 0.0 if bias == 0.0 else -1.0 / math.log(bias)
 
     @classmethod

@@ -180,7 +180,7 @@ class PymunkStepper:
 
 
 def reference_loop() -> PymunkStepper:
-    """The fixed slider-crank that timings are divided by, with pymunk's defaults."""
+    """Stepper of the fixed slider-crank, the unit of timings, with pymunk's defaults."""
     return PymunkStepper(TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
 
 

@@ -195,7 +195,7 @@ LAW = "scheme lag: h^2 x''/2, 11/24 h^2 x''', 5/12 h^2 x'''' of centres of gravi
 
 
 def expected_error(machine: Machine, settings: PymunkSettings, start_angle: float = 0.0) -> ExpectedError:
-    """Bounds for full correction; none if a share of the joint error is left at each step."""
+    """Bounds on the errors of a run; none if a step leaves a share of the joint error (error_bias > 0)."""
     if settings.error_bias > 0.0:
         return ExpectedError()
     if machine.kinematics.mechanism.cam_contacts:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from conrod.comparison.outcome import judge
+from conrod.comparison.outcome import judge_outcome
 from conrod.comparison.trajectory import Instants, Outcome
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
@@ -63,7 +63,7 @@ def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start
         given[1:] = pushed
     with np.errstate(all="ignore"):
         at = sample_instants(made.mechanism, h, times, centres, rates)
-        verdict = judge(machine.kinematics, body_tracks(made.mechanism, at, centres, rates), machine.speed)
+        verdict = judge_outcome(machine.kinematics, body_tracks(made.mechanism, at, centres, rates), machine.speed)
     if verdict.outcome is not Outcome.COMPLETED:
         return unreported_forces(mechanism, verdict)
     poses, _ = frames_from_centres(made.mechanism, centres, rates)

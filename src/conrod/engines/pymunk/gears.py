@@ -66,7 +66,11 @@ def _reduce_rows(mechanism: Mechanism, rows: list[Weights]) -> list[Weights]:
 
 
 def _rotation_weights(mechanism: Mechanism, mesh: Mesh) -> Weights:
-    """Weights [m/rad] of bodies' angles in a rolling pair's equation, for bodies that can rotate."""
+    """Coefficients [m/rad] of the bodies' angles in the rolling equation of a pair of gears.
+
+    With radii a and b (negative for a ring gear) and carrier c: a phi_a + b phi_b - (a + b) phi_c = constant. Bodies
+    that cannot rotate are left out.
+    """
     if isinstance(mesh, Rack):
         raise InvalidInput(f"{mesh.name}: {RACK_REFUSAL}")
     carrier = carrier_body(mechanism, mesh)

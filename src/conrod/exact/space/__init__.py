@@ -199,8 +199,12 @@ class SpatialTree:
 # -- coordinates and displacements -------------------------------------------------------------------------------------
 
 
-def coordinate_lengths(tree: SpatialTree, joint: SpatialJoint, numbers: Mapping[str, int]) -> Array:
-    """Weight of each coordinate or rate of a joint: 1 for a length, the extent [m] for a rotation."""
+def coordinate_weights(tree: SpatialTree, joint: SpatialJoint, numbers: Mapping[str, int]) -> Array:
+    """Factors that make the coordinates, or the rates, of a joint comparable: 1 for lengths, the extent [m] for angles.
+
+    Args:
+        numbers: `COORDINATES` or `RATES`, the number of each kind of joint.
+    """
     straight = {"slide": 1, "free": 3}.get(joint.kind, 0)
     return np.array([1.0] * straight + [tree.extent] * (numbers[joint.kind] - straight))
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import COORDINATES, RATES, SpatialJoint, SpatialTree, coordinate_lengths, displace
+from conrod.exact.space import COORDINATES, RATES, SpatialJoint, SpatialTree, coordinate_weights, displace
 from conrod.exact.space.drive_laws import DriveLaw
 from conrod.exact.space.forward_kinematics import Poses, forward_kinematics
 from conrod.exact.space.loop_closure import jacobian, residuals
@@ -64,9 +64,9 @@ class Assembly:
         self.free = np.array([rate for rate in range(tree.freedom) if rate not in taken], dtype=int)
         # Displacement [m] by a unit change of each coordinate, and of each rate.
         self.coordinate_sizes = np.concatenate(
-            [[], *(coordinate_lengths(tree, joint, COORDINATES) for joint in tree.joints)]
+            [[], *(coordinate_weights(tree, joint, COORDINATES) for joint in tree.joints)]
         )[:, None]
-        self.rate_sizes = np.concatenate([[], *(coordinate_lengths(tree, joint, RATES) for joint in tree.joints)])
+        self.rate_sizes = np.concatenate([[], *(coordinate_weights(tree, joint, RATES) for joint in tree.joints)])
         self.weights = 1.0 / self.rate_sizes[self.free]
         # Steps are measured in rad, and in m or in extents of a machine that is larger than 1 m.
         self.step_sizes = np.minimum(self.rate_sizes / tree.extent, 1.0)[:, None]

@@ -72,9 +72,10 @@ class Poses:
     """Positions and rotations of all bodies, and of the joints' axes, at T samples.
 
     Attributes:
-        places, turns: of the bodies' frames: series of (3, T) and (3, 3, T).
-        anchors, axes: by the joint's first rate, at order 0: its anchor (3, T), and its rates' axes (3, n, T).
-        scalars: coordinates of hinges and slides, by their rate: series of (T,).
+        places, turns: Taylor series of the bodies' positions (3, T) [m] and rotation matrices (3, 3, T).
+        anchors: position (3, T) [m] of each joint; the key is the index of its first rate.
+        axes: axes (3, n, T) of a joint's n rates; keys as in `anchors`.
+        scalars: Taylor series (T,) of the coordinates of hinges and slides; keys as in `anchors`.
     """
 
     tree: SpatialTree

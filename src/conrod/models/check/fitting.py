@@ -19,9 +19,9 @@ from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
     length_of,
-    on_branch,
     paths_of,
     returns_after_turn,
+    with_branch_of,
     with_lengths,
 )
 from conrod.scenes import Scene
@@ -74,7 +74,7 @@ class PathSearch:
 
     def exact(self, reference: ExactReference, angle: Array) -> Array:
         """Exact paths of the points (P, T), as complex numbers [m], on the searched branch, at crank angles (T,)."""
-        return paths_of(on_branch(reference, self.branch), self.scan.points)(angle)
+        return paths_of(with_branch_of(reference, self.branch), self.scan.points)(angle)
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,10 @@ from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
     length_of,
-    on_branch,
     other_branches,
     returns_after_turn,
     shaft_of,
+    with_branch_of,
 )
 from conrod.scenes import Scene
 
@@ -182,7 +182,7 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
     at = _round_frame(at, floor)
     expected = replace(at, machine=scene, displacements=0.0 * at.displacements)
     # The same machine of those lengths, as it is assembled in the model.
-    machine = on_branch(at.machine, search.branch)
+    machine = with_branch_of(at.machine, search.branch)
     x, y, z = scan.anchor.tolist()
     frame = Frame(search.view, search.sense, at.rotation, at.zero, at.unit, (x, y, z), shaft_of(machine))
     identity = Identity(

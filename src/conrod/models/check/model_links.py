@@ -39,9 +39,10 @@ class _PlanarModel:
     """A spatial tree with its closures, whose bodies are merged to links where no joint moves between them.
 
     Attributes:
-        axis: the crank's, seen from the ground (3,).
-        turns: of all bodies, in the pose that the model is assembled from (3, 3).
-        frames: of each body the body whose frame its link has, and its own frame there: rotation (3, 3), place (3,).
+        axis: axis (3,) of the crank in the ground's frame.
+        turns: rotation matrices (3, 3) of all bodies, in the pose that the model is assembled from.
+        frames: for each body the body whose frame its link uses, and the pose of the body in that frame: rotation
+            (3, 3), position (3,) [m].
     """
 
     def __init__(self, tree: SpatialTree, crank: str) -> None:

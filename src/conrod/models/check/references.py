@@ -95,8 +95,13 @@ def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
     return tuple(found)
 
 
-def on_branch(reference: ExactReference, branch: GenericReference | None) -> ExactReference:
-    """Assemble a machine of any lengths on another branch; None keeps the branch."""
+def with_branch_of(reference: ExactReference, branch: GenericReference | None) -> ExactReference:
+    """Return the exact motion of a machine on the assembly branch of another; None keeps its own branch.
+
+    Args:
+        reference: exact motion with the lengths to keep; one by the generic solver is returned as it is.
+        branch: exact motion of the same machine, of any lengths, that starts from poses on the branch.
+    """
     if branch is None or isinstance(reference, GenericReference):
         return reference
     mechanism = replace(reference.mechanism(), name=branch.described.name, poses=branch.described.poses)

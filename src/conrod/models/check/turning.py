@@ -43,10 +43,11 @@ class Turning:
     """A model whose crank turns at 1 rad/s from where it is assembled.
 
     Attributes:
-        crank: as one of the machine's joints.
+        crank: joint of the machine that is driven.
         start: closed coordinates (nq, 1) at time 0.
         touching: two geoms whose contact places what the closures leave free; None where they leave nothing.
-        reach: times [s] that it has gone: before the pose that it is assembled in, and after it; None for a turn.
+        reach: times [s] from the assembled pose back to one end of the crank's travel, and on to the other end; None
+            if the crank turns fully.
     """
 
     model: mujoco.MjModel

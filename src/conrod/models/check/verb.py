@@ -159,7 +159,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
             baseline=asked.baseline,
             accept=asked.accept,
         )
-    files.answer(found, "check", {path.stem: name})
+    files.print_and_write(found, "check", {path.stem: name})
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)
@@ -218,7 +218,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
             )
         else:
             found = check_table(path, scene, **common)
-    files.answer(found, "check", {PART: name})
+    files.print_and_write(found, "check", {PART: name})
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)
@@ -273,7 +273,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             machine=asked.scene,
             progress=begin,
         )
-    files.answer(found, command, parts)
+    files.print_and_write(found, command, parts)
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)

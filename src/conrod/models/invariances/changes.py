@@ -41,9 +41,9 @@ class InvarianceBench:
     """A model with its accelerations at states of its run.
 
     Attributes:
-        times, states: of its run (T,) [s] and (T, n), as `conrod.mjcf.runs` has them.
-        reference: solved on dense matrices to the end, with the bound that rounding gives them.
-        broke: whether the engine gave the run up, or should have.
+        times, states: times (T,) [s] and states (T, n) of the run, as `conrod.mjcf.runs` records them.
+        reference: accelerations at each state, solved on dense matrices to convergence, with their rounding bound.
+        broke: whether the run broke off, by a warning of MuJoCo or a number that is not finite.
     """
 
     model: mujoco.MjModel

@@ -62,5 +62,5 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
             seconds=asked.seconds,
             progress=begin,
         )
-    files.answer(found, "invariances", {Path(name).stem: name for name in models} | arguments_of_files(named))
+    files.print_and_write(found, "invariances", {Path(name).stem: name for name in models} | arguments_of_files(named))
     exit_with_verdict(found)

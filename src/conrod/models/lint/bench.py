@@ -119,7 +119,7 @@ class LintBench:
 
     @cached_property
     def constraint_violations(self) -> Array:
-        """Violation of each equality (samples, neq) [m]."""
+        """Violation of each equality (T, neq) [m] at the samples of the run."""
         return self.run.constraint_violations(self.size)
 
     # -- measures ----------------------------------------------------------------------------------------------------

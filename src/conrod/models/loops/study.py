@@ -296,7 +296,12 @@ class _LoopBench:
         return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
 
     def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
-        """Run the file as it is with the requested controls, or with a preset's settings."""
+        """Run the file with the requested controls and with its own settings.
+
+        Args:
+            travel: largest distance [m] that a judged point moves from its start.
+            label: `OWN`, or the preset whose settings replace those of the file.
+        """
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         words = start_words(self.model, key, data.ctrl.tolist())
         model = copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))

@@ -27,4 +27,4 @@ def audit(files: tuple[str, ...], asked: options.ReportOptions) -> None:
 
     pages = page_names(files)
     target = check_outputs(PRINTED_VALUES_REPORT, pages, asked, {file: Path(file) for file in files})
-    target.answer(audit(files), "audit", pages)
+    target.print_and_write(audit(files), "audit", pages)

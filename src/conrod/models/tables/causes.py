@@ -214,21 +214,21 @@ def _frame_slips(table: TableComparison) -> Iterator[Hypothesis]:
     if not _has_enough_numbers(table, 2):
         return
 
-    def mean(values: Mapping[str, Array]) -> complex:
-        """Average values (T,) of points over all rows, each point weighted by 1 / L^2."""
+    def weighted_mean(values: Mapping[str, Array]) -> complex:
+        """Mean of series (T,) of points, x + i y or real, over all rows and points, with weights 1 / L^2."""
         weights = [table.scene.lengths[point] ** -2 for point in values]
         return complex(np.average([own.mean() for own in values.values()], weights=weights)) if values else 0j
 
     off = {point: table.difference("position", point) for point in axes}
-    x, y = (mean({p: off[p][:, own.index(k)] for p, own in axes.items() if k in own}).real for k in (0, 1))
+    x, y = (weighted_mean({p: off[p][:, own.index(k)] for p, own in axes.items() if k in own}).real for k in (0, 1))
     yield _undo_frame(table, complex(x, y), 0.0)
     every = [table.axes(name, point) for name in ERRORS for point in table.points(name)]
     if any(len(own) == 1 for own in every) or not _has_enough_numbers(table, 3):
         return
     found = {p: table.values[f"{p}.x"] + 1j * table.values[f"{p}.y"] for p in axes}
     exact = {p: found[p] - off[p] @ [1.0, 1.0j] for p in axes}
-    middle, centre = mean(exact), mean(found)
-    turn = float(np.angle(mean({p: np.conj(exact[p] - middle) * (found[p] - centre) for p in axes})))
+    middle, centre = weighted_mean(exact), weighted_mean(found)
+    turn = float(np.angle(weighted_mean({p: np.conj(exact[p] - middle) * (found[p] - centre) for p in axes})))
     yield _undo_frame(table, centre - complex(np.exp(1j * turn)) * middle, turn)
 
 

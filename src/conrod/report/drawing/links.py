@@ -127,7 +127,7 @@ def _draw_cam(view: View, contact: CamContact) -> None:
     view.labels.add_line(outline)
     view.axes_of(contact.a).fill(*outline.T, facecolor="#dde6ec", edgecolor="none", zorder=1)
     view.axes_of(contact.a).plot(*outline.T, color=parts.INK, linewidth=1.4, zorder=5)
-    for end, normal in zip(*contact.profile.joints(), strict=True):
+    for end, normal in zip(*contact.profile.segment_joints(), strict=True):
         place = view.place_of(contact.a, (float(end[0]), float(end[1])))
         outward = np.array(to_world((0.0, 0.0, pose[2]), (normal[0], normal[1])))
         ends = np.array([place - 0.4 * view.size * outward, place + 0.4 * view.size * outward])

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.comparison.outcome import RunVerdict, judge
+from conrod.comparison.outcome import RunVerdict, judge_outcome
 from conrod.comparison.run_errors import RunErrors
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
@@ -24,7 +24,7 @@ from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceCompari
 from conrod.studies.forces.mass_likeness import mass_likenesses, visible_properties
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, record_forces
-from conrod.studies.validation.plan import empty_result, prepare_run
+from conrod.studies.validation.dynamic_mode import empty_result, prepare_run
 from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 
 SIZE_RATIO = 1.1  # resolution of the smallest noticed size
@@ -50,7 +50,7 @@ def motion_judge(
         errors, run = RunErrors(), given.run.trajectory
         assert run.bodies is not None
         # The outcome is judged again, since a defect may change it.
-        ended = judge(healthy.kinematics, run.bodies, run.speed, RunVerdict(run.outcome))
+        ended = judge_outcome(healthy.kinematics, run.bodies, run.speed, RunVerdict(run.outcome))
         piece = replace(given.run, trajectory=replace(run, outcome=ended.outcome, reason=ended.reason))
         ended = feed_recorders(
             [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors
@@ -82,10 +82,10 @@ def force_judge(
 
 
 def failure_reasons(result: Result) -> tuple[str, ...]:
-    """Return why a result fails: quantities and faults, or its outcome; empty if it passed."""
+    """Return why a result fails: quantities and other failures, or its outcome; empty if it passed."""
     if result.passed is not False:
         return ()
-    return (*result.out_of_tolerance(), *result.faults()) if result.completed else (result.outcome,)
+    return (*result.out_of_tolerance(), *result.other_failures()) if result.completed else (result.outcome,)
 
 
 def examine_defect(
@@ -168,6 +168,7 @@ class QualificationCase(EngineCase[ValidationResult]):
         return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     def key_fields(self) -> dict[str, Any]:
+        """Plain values of the key: settings, revolutions, and tolerances asked for, on which noticing depends."""
         settings = self.loaded_engine.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "revolutions": self.plan.revolutions, "tolerance": self.plan.tolerance}
 

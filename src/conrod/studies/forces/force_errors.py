@@ -220,7 +220,10 @@ class ExpectedForceErrors:
         return (1.0 + self._share) * max(found, default=0.0)
 
     def errors_at(self, state: CrankStates, name: str) -> Array:
-        """Return expected errors (T,) of a quantity; zeros if the law is for other instants."""
+        """Return the errors (T,) of a quantity that the law expects in states of a run.
+
+        They are zeros if the law was evaluated at other instants than those of the states.
+        """
         if np.array_equal(self._errors.state.time, state.time) and name in self._errors.reported:
             return self._errors.signed_errors(name)
         return np.zeros_like(state.time)

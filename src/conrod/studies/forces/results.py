@@ -88,7 +88,7 @@ class ForceResult(Result):
     def limits(self) -> Mapping[str, float]:
         return self.tolerance or {}
 
-    def faults(self) -> list[str]:
+    def other_failures(self) -> list[str]:
         likely = sorted(self.apparent_wrong_masses().items(), key=lambda pair: -abs(pair[1]))
         looks = ", ".join(
             f"{name.replace('_', ' ').replace('.', ' ')} by {times:+.2g} changes" for name, times in likely

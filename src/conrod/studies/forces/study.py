@@ -69,7 +69,7 @@ def validate_forces(name: str, scene: Scene, engine: Engine[Any], preset: str, p
 def record_forces(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: ForcePlan
 ) -> tuple[ForceResult, ForceTracks, ExpectedForceErrors | None]:
-    """Run a scene; return a result without errors, reported forces, and their expected errors."""
+    """Run a scene; return its result with no errors computed yet, reported forces, and their expected errors."""
     result, mechanism = empty_result(name, scene, engine, preset, plan), scene.kinematics.mechanism
     steps = result.steps_per_revolution
     settings = engine.presets[preset](scene, steps)
@@ -167,5 +167,6 @@ class ForceCase(EngineCase[ForceResult]):
         return validate_forces(self.name, self.scene, self.loaded_engine, str(self.preset), self.plan)
 
     def key_fields(self) -> dict[str, Any]:
+        """Plain values of the key: settings and revolutions of all runs, and the groups of quantities."""
         preset, plan = self.loaded_engine.presets[str(self.preset)], self.plan
         return plan.key_fields(self.scene, preset, plan.refined) | {"quantities": plan.quantities}

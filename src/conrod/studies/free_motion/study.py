@@ -155,6 +155,7 @@ class MotionCase(EngineCase[MotionResult]):
         return {"scene": self.name}
 
     def key_fields(self) -> dict[str, Any]:
+        """Plain values of the key: the motion, its duration and step, and the error that ends it."""
         return {"settings": {}} | {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
 
 

@@ -51,5 +51,5 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
             tolerance=tolerance_in(asked.tolerance, FREE_MOTION_QUANTITIES),
             runs=runs,
         )
-    files.answer(found, "free", scenes)
+    files.print_and_write(found, "free", scenes)
     exit_with_verdict(found)

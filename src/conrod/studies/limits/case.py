@@ -121,7 +121,7 @@ class Setup:
 
     @property
     def steps(self) -> int:
-        """Steps per revolution if an axis varies something else."""
+        """Usual steps per revolution, on all axes but those that vary the step."""
         return self.steps_per_revolution or (CONTACT_STEPS if self.has_contact else LINKAGE_STEPS)
 
     @property

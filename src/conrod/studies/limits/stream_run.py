@@ -35,8 +35,9 @@ FINAL_OUTCOMES = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
 def stream_run(case: LimitCase) -> Measurement:
     """Run a case in pieces, up to its end or until it diverges or resets.
 
-    A run that failed in another way continues, without errors, and its outcome is judged from the whole: it may still
-    diverge. A follower that left its cam may land again, so such a run continues to its end.
+    Errors are measured until the run fails. A run that failed otherwise, as by an open joint, goes on for two
+    revolutions, since it may still diverge; its outcome is that of all its pieces. A follower that left its cam may
+    land again, so such a run goes on to its end.
 
     Raises:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.

@@ -81,7 +81,7 @@ def _sort_key(guess: Guess) -> tuple[float, float]:
 
 
 def _prior_row(rule: RulePlan, swept: PriorSweep) -> Sequence[Any]:
-    """Row of a rule in a sweep: cost of a step, then errors by quantity; empty if missing."""
+    """Row of a settings rule in a shipped sweep: cost of a step, then errors by quantity; empty if missing."""
     row: Sequence[Any] = swept.get(rule.engine.name, {}).get(rule.rule.name, ())
     return row
 

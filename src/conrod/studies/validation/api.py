@@ -73,12 +73,13 @@ def validate(
         check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
-    def find(several: Sequence[Mapping[str, Scene]], defects: bool) -> list[Sequence[SceneStudy]]:
+    def study_groups(groups: Sequence[Mapping[str, Scene]], qualify: bool) -> list[Sequence[SceneStudy]]:
         with Runner.open(runs) as runner:
-            return runner.pursue([_study(one, able, presets, plan, defects) for one in several])
+            return runner.pursue([_study_scenes(scenes, able, presets, plan, qualify) for scenes in groups])
 
-    (found,) = find([chosen], qualify)
-    compared = check.compare(found, lambda several: find(several, False), scene_lines) if check else None
+    (found,) = study_groups([chosen], qualify)
+    # A baseline measures its rounding bands by further runs, of the scenes at speeds that differ in the last bits.
+    compared = check.compare(found, lambda groups: study_groups(groups, False), scene_lines) if check else None
     call = text_of_call(
         "validate",
         list(chosen),
@@ -92,15 +93,16 @@ def validate(
     return Findings(VALIDATION_REPORT, {study.name: study for study in found}, call, baseline=compared)
 
 
-def _study(
+def _study_scenes(
     scenes: Mapping[str, Scene],
     engines: Sequence[Engine[Any]],
     presets: Mapping[str, tuple[str, ...]],
     plan: Plan,
-    defects: bool,
+    qualify: bool,
 ) -> Generator[Any, Any, Sequence[SceneStudy]]:
+    """Study that validates scenes and, if asked, plants defects in their judged runs."""
     found = yield from validation_study(scenes, engines, presets, plan)
-    if not defects:
+    if not qualify:
         return found
     from conrod.studies.detection.qualification import qualification_study
 

@@ -149,7 +149,7 @@ class ValidationResult(Result):
     def distrust(self) -> str:
         return misfit_words(self.misfit or {})
 
-    def faults(self) -> list[str]:
+    def other_failures(self) -> list[str]:
         return ["no planted defect is noticed, of whatever size: no verdict"] if self.notices_no_defect else []
 
     @property

@@ -69,7 +69,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
             accept=asked.accept,
             runs=runs,
         )
-    files.answer(found, "validate", scenes)
+    files.print_and_write(found, "validate", scenes)
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)

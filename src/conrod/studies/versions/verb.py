@@ -40,5 +40,5 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     files = check_outputs(VERSIONS_REPORT, [engine], asked)
     with asked.runs() as runs:
         found = versions(engine, chosen, releases=names_in(asked.versions), runs=runs)
-    files.answer(found, "versions", {engine: engine}, {"": scenes})
+    files.print_and_write(found, "versions", {engine: engine}, {"": scenes})
     exit_with_verdict(found)

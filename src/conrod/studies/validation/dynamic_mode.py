@@ -34,7 +34,7 @@ RIPPLE_ERROR_LAW = CLOCK_ERROR_LAW.replace(
 def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan) -> ValidationResult:
     """Measure an engine in dynamic mode by a run and its refinement path, and judge the errors."""
     result, settings, start = prepare_run(name, scene, engine, preset, plan)
-    if not result.completed:
+    if not result.completed:  # the engine refuses the machine
         return result
     steps, revolutions = plan.steps(scene), result.revolutions
     errors, prediction = RunErrors(), Prediction(scene)
@@ -61,9 +61,9 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
 def prepare_run(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan, start_angle: float = 0.0
 ) -> tuple[ValidationResult, Any, float]:
-    """Return a result without errors but with tolerance, the settings, and start angle [rad].
+    """Return a result with its tolerance and no errors yet, the settings, and the start angle [rad].
 
-    The outcome of the result is `unsupported` if the engine refuses the machine.
+    Its outcome is `unsupported` if the engine refuses the machine, and `completed` until the run says otherwise.
 
     Args:
         start_angle: start angle of a crank that turns fully [rad]; a pass starts at the end of its span.
