@@ -7,9 +7,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+# Loaded here: pytester unloads what a run in this process loads, and numpy cannot be loaded twice.
+import numpy.fft  # noqa: F401
 import pytest
 
 import conrod
+import conrod.scenes.space
 
 pytest_plugins = ["pytester"]
 ROOT = Path(__file__).parents[2]
@@ -45,6 +48,7 @@ def test_plugin_passes_arguments_and_a_baseline_of_each_call(
         def test_one(conrod_check):
             conrod_check("a", revolutions=3)
             conrod_check("b", "saw", points={"C": "site:D"})
+            conrod_check("bennett")
         """
     )
     pytester.inline_run("-p", "pytest_conrod", "-q")
@@ -52,6 +56,7 @@ def test_plugin_passes_arguments_and_a_baseline_of_each_call(
     assert asked == [
         ("a", None, {"revolutions": 3, "accept": False, "baseline": folder / "test_one.json"}),
         ("b", "saw", {"points": {"C": "site:D"}, "accept": False, "baseline": folder / "test_one+2.json"}),
+        ("bennett", None, {}),  # a machine in space has no baseline
     ]
 
 
