@@ -161,7 +161,9 @@ def test_without_what_was_done_to_it_the_same_run_completes(key: str) -> None:
 
 def test_mujocos_silent_reset_is_recognised_although_every_number_is_finite() -> None:
     # Negative control: with autoreset off the same run, which has diverged, shows numbers that are none.
-    found = {e.outcome: Extremes.of(e.end()).finite for e in EXAMPLES if e.changes.items() >= HASTY.items()}
+    found = {
+        e.outcome: Extremes.from_measurement(e.end()).finite for e in EXAMPLES if e.changes.items() >= HASTY.items()
+    }
     assert found == {Outcome.RESET: True, Outcome.DIVERGED: False}
 
 

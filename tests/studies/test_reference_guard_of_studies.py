@@ -209,7 +209,7 @@ def test_verb_exits_with_1_without_trust(verb: str, healthy: bool, monkeypatch: 
         monkeypatch.setattr("conrod.studies.sweep.api.cheapest_settings", lambda *_, **__: [])
         monkeypatch.setattr("conrod.studies.sweep.api.findings_of", lambda *_, **__: found)
     else:
-        monkeypatch.setattr(f"conrod.api.{verb}.{verb}", lambda *_, **__: found)
+        monkeypatch.setattr(f"conrod.studies.{verb}.api.{verb}", lambda *_, **__: found)
     ended = conrod(*arguments)
     assert ended.returncode == (0 if healthy else 1), ended
     assert ended.stdout.startswith(ACCUSATION) is not healthy
