@@ -204,6 +204,15 @@ def test_a_follower_that_its_cam_does_not_reach_is_refused(tmp_path: Path) -> No
         turning.coordinates(np.array([0.25]))
 
 
+def test_a_scan_of_a_cam_names_what_touches_and_how_far_its_follower_goes(tmp_path: Path) -> None:
+    text = cam().replace('type="slide" axis="1 0 0"', 'type="slide" axis="1 0 0" range="-0.03 9"')
+    found = scan(turning_of(tmp_path, text, LIFT), LIFT)
+    assert found.facts.touching == ("cam", "ball")
+    assert (found.facts.coordinates, found.facts.rank, found.facts.joints) == (2, 0, {"hinge": 1, "slide": 1})
+    # From 0.04 m to 0.08 m from the shaft.
+    assert found.facts.stops == ("slide is held to -0.03 to 9 units of length, needs -0.045 to -0.005",)
+
+
 # -- scanning ----------------------------------------------------------------------------------------------------------
 
 
