@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import pytest
@@ -19,10 +19,15 @@ from conrod.engines.variants import Ingredient, Quantity
 from conrod.execution.case import Measurement
 from conrod.execution.paired_timing import PairedTiming
 from conrod.execution.run import RunCase, measure
+from conrod.execution.timing import machine_fingerprint
 from conrod.scenes import SCENES
+from conrod.studies.ablate import study as ablation
 from conrod.studies.ablate.findings import (
     IN_FULL_MODEL,
     JUDGED_ERRORS,
+    AblationStudy,
+    Effect,
+    EngineAblation,
     Evidence,
     IngredientVerdict,
     Role,
@@ -69,7 +74,14 @@ def shown(role: Role, *facts: Any, base: VariantResult = MINIMAL, **others: Any)
     return evidence_of(variant(role, *facts, **others), base, reference_errors(ROUGH if base is ROUGH else MINIMAL))
 
 
-alone, without = partial(shown, Role.ADDED_TO_MINIMAL), partial(shown, Role.REMOVED_FROM_MINIMAL)
+def alone(*facts: Any, **others: Any) -> Callable[[], Evidence]:
+    """What an ingredient shows in the minimal model; made in the test, not before it."""
+    return lambda: shown(Role.ADDED_TO_MINIMAL, *facts, **others)
+
+
+def without(*facts: Any, **others: Any) -> Callable[[], Evidence]:
+    """What a part of the minimal model shows where it is taken out."""
+    return lambda: shown(Role.REMOVED_FROM_MINIMAL, *facts, **others)
 
 
 def in_full(before: float, after: float, cost: float = 1.0) -> Evidence:
@@ -113,7 +125,19 @@ def answer(case: RunCase) -> Measurement:
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: PLANTED)
     monkeypatch.setattr(MuJoCo, "minimal_settings", lambda self, machine, steps: base(machine, steps))
-    found = pursued(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), answer)
+    cases: list[RunCase] = []
+
+    def noting(case: RunCase) -> Measurement:
+        cases.append(case)
+        return answer(case)
+
+    found = pursued(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), noting)
+    assert (found.engine, found.version) == ("mujoco", engine_named("mujoco").version)
+    assert (found.steps_per_revolution, found.revolutions, found.distrust) == (STEPS, 2.0, "")
+    assert found.machine == machine_fingerprint()
+    assert {(case.name, case.scene, case.rounds, case.machine) for case in cases if isinstance(case, CostCase)} == {
+        (SCENE, SAW, 2, machine_fingerprint())
+    }
     verdicts = {one.name: (one.verdict, one.because) for one in found.ingredients}
     assert verdicts == {
         "gravity": (IngredientVerdict.FREE, ""),
@@ -125,6 +149,10 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
     models = {(one.role, one.ingredient): one for one in found.variants}
     # What does harm, or is needed anyway, is not in the full model, whose motion is the minimal one's.
     full, soft = models[Role.FULL, ""], models[Role.ADDED_TO_MINIMAL, "soft"]
+    # Without the iterations the full model costs less, over the full model and not over the minimal one.
+    taken = models[Role.REMOVED_FROM_FULL, "more-iterations"]
+    assert (taken.cost, taken.cost_in_full) == (timing(1.0), timing(1.3**-1))
+    assert (full.cost, full.cost_in_full) == (timing(1.3), None)
     assert (soft.settings["hardening"], full.settings["hardening"]) == (1.0, HARDENING_FACTOR)
     assert full.settings["iterations"] == 200
     assert {name for role, name in models if role is Role.REMOVED_FROM_FULL} == {"gravity", "more-iterations", "flat"}
@@ -162,7 +190,8 @@ def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
         (alone(MINIMAL_ERROR, 1e-12, 1.01), (IngredientVerdict.FREE, "")),
         (alone(MINIMAL_ERROR, 1e-12, 0.7), (IngredientVerdict.FREE, "")),
         (alone(MINIMAL_ERROR, 1e-12, 1.2), (IngredientVerdict.COSTLY, "")),
-        (replace(alone(MINIMAL_ERROR, 0.0, 1.2), cost=timing(1.2, half=0.19)), (IngredientVerdict.FREE, "")),
+        (lambda: replace(alone(MINIMAL_ERROR, 0.0, 1.2)(), cost=timing(1.2, half=0.19)), (IngredientVerdict.FREE, "")),
+        (lambda: replace(alone(MINIMAL_ERROR, 0.0, 1.2)(), cost=timing(1.06, half=0.03)), (IngredientVerdict.FREE, "")),
         # What makes the motion worse is harmful, whatever it costs.
         *((alone(1e-6, 1e-6, cost), (IngredientVerdict.HARMFUL, "position")) for cost in (0.5, 1.0, 3.0)),
         (alone(None, 0.0, None), (IngredientVerdict.HARMFUL, "opened")),
@@ -190,12 +219,14 @@ def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
         (alone(None, outcome="unsupported", reason="it has no rod"), (IngredientVerdict.UNDECIDED, "it has no rod")),
     ],
 )
-def test_verdicts_on_one_piece_of_evidence(evidence: Evidence, expected: tuple[IngredientVerdict, str]) -> None:
-    assert ingredient_verdict([evidence]) == expected
+def test_verdicts_on_one_piece_of_evidence(
+    evidence: Callable[[], Evidence], expected: tuple[IngredientVerdict, str]
+) -> None:
+    assert ingredient_verdict([evidence()]) == expected
 
 
 def test_harm_beside_all_others_counts_and_is_told_so() -> None:
-    harmless = alone(MINIMAL_ERROR, 0.0, 1.0)
+    harmless = alone(MINIMAL_ERROR, 0.0, 1.0)()
     assert ingredient_verdict([harmless, in_full(MINIMAL_ERROR, 1e-5)]) == (
         IngredientVerdict.HARMFUL,
         f"position, {IN_FULL_MODEL}",
@@ -211,3 +242,70 @@ def test_harm_beside_all_others_counts_and_is_told_so() -> None:
     # Where a model is wrong with it and without, it tells nothing, and what is known otherwise stays.
     assert ingredient_verdict([harmless, in_full(1e-5, 1e-5)])[0] is IngredientVerdict.FREE
     assert ingredient_verdict([in_full(1e-5, 1e-5)])[0] is IngredientVerdict.UNDECIDED
+
+
+def test_evidence_is_the_change_and_the_cost_of_having_the_ingredient() -> None:
+    added = alone(MINIMAL_ERROR, 1e-12, 1.25)()
+    assert (added.full, added.cost, added.change) == (False, timing(1.25), dict.fromkeys(JUDGED_ERRORS[:3], 1e-12))
+    # What a model costs without a part is the inverse of what the part costs.
+    removed = without(MINIMAL_ERROR, 0.0, 0.8)()
+    assert removed.cost == timing(0.8).inverse
+    full = in_full(MINIMAL_ERROR, MINIMAL_ERROR, 1.25)
+    assert (full.full, full.cost) == (True, timing(0.8).inverse)
+    assert without(None)().cost is None
+
+
+def test_what_is_wrong_with_it_and_without_is_undecided_and_said_so() -> None:
+    found = shown(Role.REMOVED_FROM_FULL, 1e-5, base=variant(Role.FULL, None))
+    assert (found.effect, found.because) == (Effect.UNDECIDED, "wrong with it and without: opened")
+    assert ingredient_verdict([found]) == (IngredientVerdict.UNDECIDED, "wrong with it and without: opened")
+    assert ingredient_verdict([]) == (IngredientVerdict.UNDECIDED, "")
+
+
+def test_errors_are_compared_with_the_minimal_models_or_with_nothing_that_counts() -> None:
+    own = variant(Role.MINIMAL, errors={"position": 1e-3, "velocity": 1e-12})
+    assert reference_errors(own) == {"position": 1e-3, "velocity": 1e-9, "acceleration": 1e-9, "total": 1e-9}
+    assert reference_errors(variant(Role.MINIMAL, None)) == dict.fromkeys(JUDGED_ERRORS, 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "harmful"),
+    [
+        (1.0e-4, 1.9e-4, False),  # not twice as large
+        (0.9e-4, 1.9e-4, True),
+        (1e-13, 1.0e-4, True),
+        (1e-13, 0.9e-4, False),  # below the minimal model's
+    ],
+)
+def test_a_part_without_which_the_error_halves_is_harmful(before: float, after: float, harmful: bool) -> None:
+    found = evidence_of(
+        variant(Role.REMOVED_FROM_MINIMAL, before), variant(Role.MINIMAL, after), reference_errors(ROUGH)
+    )
+    expected = (Effect.WORSE, "position, better without it") if harmful else (Effect.NONE, "")
+    assert (found.effect, found.because) == expected
+
+
+def test_a_model_is_found_by_its_role_and_ingredient() -> None:
+    models = (variant(Role.MINIMAL, ingredient=""), variant(Role.FULL, ingredient=""), variant(Role.ADDED_TO_MINIMAL))
+    found = EngineAblation("mujoco", "1", 100, 2.0, "here", (), models)
+    assert (found.variant(Role.FULL), found.variant(Role.MINIMAL)) == (models[1], models[0])
+    assert found.variant(Role.ADDED_TO_MINIMAL, "it") is models[2]
+    assert found.variant(Role.ADDED_TO_MINIMAL) is found.variant(Role.REMOVED_FROM_FULL, "it") is None
+    study = AblationStudy(
+        "saw", "saw", "Saw", {}, (found, replace(found, distrust="a"), replace(found, distrust="b")), {}
+    )
+    assert study.distrust == "a; b"
+
+
+def test_a_cost_is_timed_of_both_settings_in_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Any] = []
+
+    def time_pair(*given: Any, **named: Any) -> PairedTiming:
+        asked.append((given, named))
+        return timing(1.5)
+
+    monkeypatch.setattr(ablation, "time_settings_pair", time_pair)
+    settings, against = base(SAW, STEPS), base(SAW, 2 * STEPS)
+    found = CostCase(SCENE, SAW, settings, against=against, machine="a", rounds=7).perform()
+    assert found == Measurement("completed", payload={"paired": plain_values(timing(1.5))})
+    assert asked == [((engine_named("mujoco"), SAW, settings, against), {"rounds": 7})]
