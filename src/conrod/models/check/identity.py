@@ -242,7 +242,14 @@ def _fit_best_branch(scene: Scene, scan: Scan, given: GivenFrame) -> FrameFit:
     seen_from = candidate_views(scan.axis, scene.mechanism().driver.sense, given.plane)
 
     def best(branch: GenericReference | None) -> FrameFit:
-        tried = [fit_frame(PathSearch(scene, scan, view, given, branch)) for view in seen_from]
+        tried, refused = list[FrameFit](), list[InvalidInput]()
+        for view in seen_from:
+            try:
+                tried.append(fit_frame(PathSearch(scene, scan, view, given, branch)))
+            except InvalidInput as error:  # of one pass, seen from the wrong side a given zero lies out of reach
+                refused.append(error)
+        if not tried:
+            raise refused[0]
         least = min(fit.rms for fit in tried)
         return next(fit for fit in tried if fit.rms <= ALIKE_FACTOR * least + NO_DISTANCE)
 

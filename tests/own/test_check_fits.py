@@ -1,0 +1,226 @@
+"""Frames, branches and lengths that are planted in scans made from exact paths are found, with their words."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.mjcf.request import Scan
+from conrod.models.check.frame import GivenFrame
+from conrod.models.check.identity import identify
+from conrod.models.check.references import (
+    ALL_LENGTHS,
+    length_names,
+    length_of,
+    on_branch,
+    other_branches,
+    paths_of,
+    returns_after_turn,
+    shaft_of,
+    uncertainty_shares,
+    with_lengths,
+)
+from conrod.scenes import Saw, Scene, ShearPress, scene_named
+
+SAW = Saw()
+SAMPLES = 60
+RIGHT, UP, AXIS = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
+
+
+def scan_of(
+    scene: Scene, rotation: float = 0.0, zero: float = 0.0, unit: float = 1.0, sense: int = 1, **changes: Any
+) -> Scan:
+    """A scan of a machine in a plane xz: turned [rad], in a unit [m], at coordinates from 0.4 rad on."""
+    span, way = scene.kinematics.mechanism.driver.span, sense * scene.mechanism().driver.sense
+    if span is None:
+        coordinate = 0.4 + 2.0 * np.pi * np.arange(SAMPLES) / SAMPLES
+    else:
+        spacing, begin = (span[1] - span[0]) / SAMPLES, zero + (span[0] if way > 0 else -span[1])
+        coordinate = begin + spacing * np.arange(SAMPLES + 1)
+    names = tuple(scene.lengths)
+    flat = paths_of(scene, names)(way * (coordinate - zero)) * np.exp(1j * rotation) / unit
+    anchor = np.array([5.0, 6.0, 7.0])
+    positions = anchor + flat.real[..., None] * RIGHT + flat.imag[..., None] * UP
+    known = {
+        "facts": None, "coordinate": coordinate, "points": names, "positions": positions,
+        "turns": np.zeros((len(names), len(coordinate))), "anchor": anchor, "axis": sense * AXIS, "wander": 0.0,
+        "shape_error": 0.0,
+    }  # fmt: skip
+    return Scan(**(known | changes))
+
+
+# -- frames ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("rotation", "zero", "unit", "sense"), [
+    (0.0, 0.0, 1.0, 1), (30.0, 45.0, 1e-3, 1), (-90.0, 123.0, 0.0254, 1), (180.0, -60.0, 1e-2, 1), (17.3, 5.7, 1.0, 1),
+])  # fmt: skip
+def test_a_planted_frame_is_found(rotation: float, zero: float, unit: float, sense: int) -> None:
+    scan = scan_of(SAW, math.radians(rotation), math.radians(zero), unit, sense)
+    identity, machine = identify(SAW, scan, GivenFrame())
+    frame = identity.frame
+    assert machine == SAW
+    assert identity.is_machine(1e-9)
+    assert (frame.view.name, frame.unit, frame.sense) == ("xz", unit, sense)
+    assert math.degrees(frame.rotation) == pytest.approx(rotation, abs=1e-7)
+    assert math.degrees(frame.zero) == pytest.approx(zero, abs=1e-7)
+    assert frame.anchor == (5.0, 6.0, 7.0)
+    assert frame.shaft == pytest.approx(SAW.shaft)
+    assert list(identity.off_by) == ["C", "M"]
+    assert identity.explanations == ()
+    assert identity.left < 1e-9
+
+
+def test_a_given_frame_is_kept_and_what_it_leaves_is_said() -> None:
+    scan = scan_of(SAW, math.radians(30.0), math.radians(45.0))
+    right = identify(SAW, scan, GivenFrame("xz", math.radians(30.0), math.radians(45.0)))[0]
+    assert right.is_machine(1e-9)
+    assert (math.degrees(right.frame.rotation), math.degrees(right.frame.zero)) == pytest.approx((30.0, 45.0))
+    # A turn more of the crank is the same place.
+    turn = identify(SAW, scan, GivenFrame(zero=math.radians(405.0)))[0]
+    assert turn.is_machine(1e-9)
+    assert math.degrees(turn.frame.zero) == pytest.approx(405.0)
+    wrong = identify(SAW, scan, GivenFrame(rotation=math.radians(31.0), zero=math.radians(45.0)))[0]
+    assert math.degrees(wrong.frame.rotation) == pytest.approx(31.0)
+    assert not wrong.is_machine(1e-3)
+    # A point is turned about the shaft by a degree: its distance from there is what it is off by.
+    farthest = {name: np.abs(paths_of(SAW, [name])(np.linspace(0.0, 6.28, 400))).max() for name in SAW.lengths}
+    off = {name: 2.0 * math.sin(math.radians(0.5)) * far / SAW.lengths[name] for name, far in farthest.items()}
+    assert wrong.off_by == {name: pytest.approx(size, rel=1e-3) for name, size in off.items()}
+    assert wrong.largest == max(wrong.off_by.values())
+
+
+@pytest.mark.parametrize("name", ["swinging-four-bar"])
+@pytest.mark.parametrize("zero", [None, 0.3])
+def test_one_pass_of_a_machine_is_found(name: str, zero: float | None) -> None:
+    scene = scene_named(name)
+    scan = scan_of(scene, math.radians(15.0), 0.3, 1e-3)
+    given = None if zero is None else zero - 2.0 * math.pi
+    identity = identify(scene, scan, GivenFrame(zero=given))[0]
+    assert identity.is_machine(1e-9)
+    assert identity.frame.unit == 1e-3
+    # Of one pass there is one turn that a given zero can be in. Seen from behind it would lie out of reach.
+    assert identity.frame.zero == pytest.approx(0.3, abs=1e-7)
+    assert math.degrees(identity.frame.rotation) == pytest.approx(15.0, abs=1e-6)
+
+
+# -- lengths and branches --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("change", "excess"), [({"rod": 0.303}, 0.01), ({"crank": 0.0999}, -1e-3)])
+def test_a_length_that_is_off_is_the_explanation(change: dict[str, float], excess: float) -> None:
+    ((name, found),) = change.items()
+    # M is the middle of the rod in this machine and in the longer one.
+    identity, machine = identify(SAW, scan_of(Saw(**change)), GivenFrame())
+    (explanation,) = [one for one in identity.explanations if [length.name for length in one.lengths] == [name]]
+    (length,) = explanation.lengths
+    assert (length.expected, length.found) == (getattr(SAW, name), pytest.approx(found, rel=1e-8))
+    assert length.excess == pytest.approx(excess, rel=1e-6)
+    assert explanation.misplaced == ()
+    assert getattr(machine, name) == pytest.approx(found, rel=1e-8)
+    assert explanation.left < 1e-9
+    assert identity.largest > 1e-5
+
+
+def test_a_machine_of_another_size_has_a_factor_on_all_lengths() -> None:
+    press = ShearPress()
+    scan = scan_of(with_lengths(press, [ALL_LENGTHS], np.array([1.01])))
+    (explanation,) = identify(press, scan, GivenFrame())[0].explanations
+    (length,) = explanation.lengths
+    assert (length.name, length.expected, length.found) == (ALL_LENGTHS, 1.0, pytest.approx(1.01, rel=1e-9))
+
+
+def test_the_other_branch_is_named() -> None:
+    (other,) = other_branches(SAW)
+    scan = scan_of(SAW)
+    flat = paths_of(other, tuple(SAW.lengths))(scan.coordinate)
+    positions = scan.anchor + flat.real[..., None] * RIGHT + flat.imag[..., None] * UP
+    identity, machine = identify(SAW, replace(scan, positions=positions), GivenFrame(rotation=0.0, zero=0.0))
+    assert identity.other_branch
+    assert not identity.is_machine(1.0)
+    assert identity.left < 1e-9
+    assert identity.largest < 1e-9
+    assert machine.mechanism().name == "saw-otherwise"
+
+
+def test_points_that_do_not_move_in_a_plane_are_refused() -> None:
+    scan = scan_of(SAW)
+    still = replace(scan, positions=np.zeros_like(scan.positions))
+    leaving = scan.positions.copy()
+    leaving[1, 7] += 0.01 * AXIS
+    for wrong, message in (
+        (still, "the crank turns and nothing moves, of C, M: the plane cannot be determined"),
+        (
+            replace(scan, wander=0.0123),
+            "the crank's axis itself moves, by 0.0123 (of the model's unit of length) in a turn: there is no plane of "
+            "motion; the crank is to turn about a fixed axis",
+        ),
+        (
+            replace(scan, positions=leaving),
+            "M leaves the plane across the crank's axis by 0.01 (of the model's unit of length): the plane of motion "
+            "cannot be determined",
+        ),
+    ):
+        with pytest.raises(InvalidInput) as refused:
+            identify(SAW, wrong, GivenFrame())
+        assert str(refused.value) == message
+    assert identify(SAW, replace(scan, wander=1e-7), GivenFrame())[0].is_machine(1e-9)
+
+
+# -- references ------------------------------------------------------------------------------------------------------
+
+
+def test_lengths_of_a_machine_are_its_parameters_in_metres() -> None:
+    assert length_names(SAW) == ("crank", "rod", "offset", "all lengths")
+    assert [length_of(SAW, name) for name in length_names(SAW)] == [0.1, 0.3, 0.09, 1.0]
+    assert with_lengths(SAW, (), np.array([])) is SAW
+    assert with_lengths(SAW, ["rod"], np.array([0.31])) == replace(SAW, rod=0.31)
+    both = with_lengths(SAW, ["rod", ALL_LENGTHS], np.array([0.31, 2.0]))
+    assert [both.parameters[name] for name in ("crank", "rod", "offset")] == pytest.approx([0.2, 0.62, 0.18])
+    assert (both.speed, both.parameters["rod_mass"]) == (SAW.speed, SAW.rod_mass)
+    assert shaft_of(SAW) == pytest.approx(SAW.shaft)
+
+
+def test_paths_are_around_the_shaft() -> None:
+    angle = np.array([0.0, 1.0, 2.0])
+    found = paths_of(SAW, ["M", "C"])(angle)
+    shaft = complex(*SAW.shaft)
+    for row, name in zip(found, ("M", "C"), strict=True):
+        place = SAW.motion(angle, 1.0).point(name).position
+        assert row == pytest.approx(place[:, 0] + 1j * place[:, 1] - shaft)
+
+
+@pytest.mark.parametrize(("name", "returns"), [("saw-40rpm", True), ("swinging-four-bar", False)])
+def test_points_return_after_a_turn_but_of_one_pass(name: str, returns: bool) -> None:
+    assert returns_after_turn(scene_named(name)) is returns
+
+
+def test_a_slider_crank_has_one_other_branch_on_which_any_lengths_are_assembled() -> None:
+    (other,) = other_branches(SAW)
+    # The rod leads to the other side: the slider is as far beyond the pin as it was before it.
+    pin = SAW.shaft[0] + 0.1
+    assert other.motion(np.zeros(1), 1.0).point("C").position[0] == pytest.approx([2.0 * pin, 0.0], abs=1e-9)
+    assert on_branch(SAW, None) is SAW
+    assert on_branch(other, other) is other
+    longer = on_branch(replace(SAW, rod=0.31), other)
+    reach, shaft = math.sqrt(0.31**2 - 0.09**2), replace(SAW, rod=0.31).shaft
+    assert longer.motion(np.zeros(1), 1.0).point("C").position[0] == pytest.approx(
+        [shaft[0] + 0.1 + reach, 0.0], abs=1e-9
+    )
+
+
+def test_shares_of_uncertainty_are_those_where_they_move_a_point_most() -> None:
+    slopes = {"a": np.array([[1.0, 3.0], [0.0, 2.0]]), "b": np.array([[4.0, 0.0], [0.0, 1.0]])}
+    together, shares = uncertainty_shares(slopes, {"a": 1e-3, "b": 0.5e-3})
+    # (3 * 1)^2 + 0 = 9 at the second angle, 1 + 4 = 5 at the first.
+    assert together == pytest.approx(3e-3)
+    assert shares == {"a": pytest.approx(1.0), "b": 0.0}
+    together, shares = uncertainty_shares(slopes, {"a": 1e-3, "b": 1e-3})
+    assert together == pytest.approx(math.sqrt(17.0) * 1e-3)
+    assert shares == {"a": pytest.approx(1.0 / 17.0), "b": pytest.approx(16.0 / 17.0)}
+    assert uncertainty_shares(slopes, {}) == (0.0, {"a": 0.0, "b": 0.0})
