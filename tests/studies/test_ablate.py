@@ -36,7 +36,7 @@ from conrod.studies.ablate.findings import (
     ingredient_verdict,
     reference_errors,
 )
-from conrod.studies.ablate.study import CostCase, ablate_engine, motion_change
+from conrod.studies.ablate.study import CostCase, ablate_engine, ablation_study, motion_change
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11
@@ -181,6 +181,32 @@ def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
     others = ({"against": replace(cost.against, gravity=True)}, {"machine": "b"}, {"rounds": 3})
     keys = {replace(cost, **change).key for change in others}
     assert len(keys | {cost.key, RunCase(SCENE, SAW, cost.settings).key}) == 5
+    # What a timing is kept by does not change: else all that were kept would be lost.
+    identity = cost._identity(None)
+    assert {name: identity[name] for name in ("cost", "machine", "rounds")} == {"cost": 1, "machine": "a", "rounds": 2}
+    assert identity["against"] == {k: v for k, v in cost.against.as_dict().items() if k != "preset"}
+
+
+@pytest.mark.parametrize(
+    ("payload", "readable"),
+    [({"paired": plain_values(timing(1.5))}, True), (None, True), ({"paired": {"ratio": 1.0}}, False), ({}, False)],
+)
+def test_a_kept_timing_is_read_only_whole(payload: Any, readable: bool) -> None:
+    cost = CostCase(SCENE, SAW, base(SAW, STEPS), against=base(SAW, STEPS), machine="a", rounds=2)
+    assert cost.can_read(Measurement("completed", payload=payload)) is readable
+
+
+def test_a_study_has_the_facts_of_its_scene() -> None:
+    found = EngineAblation("mujoco", "1", 100, 2.0, "here", (), ())
+    assert ablation_study("mine", SAW, [found], {"exudyn": "no ingredients"}) == AblationStudy(
+        name="mine",
+        kind=SAW.kind,
+        title=SAW.title,
+        parameters=dict(SAW.parameters),
+        engines=(found,),
+        unsupported={"exudyn": "no ingredients"},
+        lengths=dict(SAW.lengths),
+    )
 
 
 @pytest.mark.parametrize(
@@ -242,6 +268,9 @@ def test_harm_beside_all_others_counts_and_is_told_so() -> None:
     # Where a model is wrong with it and without, it tells nothing, and what is known otherwise stays.
     assert ingredient_verdict([harmless, in_full(1e-5, 1e-5)])[0] is IngredientVerdict.FREE
     assert ingredient_verdict([in_full(1e-5, 1e-5)])[0] is IngredientVerdict.UNDECIDED
+    # Nor is a quantity said to be seen beside all others where nothing else was tried.
+    assert ingredient_verdict([in_full(MINIMAL_ERROR, 1e-5)]) == (IngredientVerdict.HARMFUL, "position")
+    assert ingredient_verdict([alone(1e-6)(), in_full(1e-5, MINIMAL_ERROR)]) == (IngredientVerdict.HARMFUL, "position")
 
 
 def test_evidence_is_the_change_and_the_cost_of_having_the_ingredient() -> None:
