@@ -17,12 +17,12 @@ from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
     length_of,
-    on_branch,
     other_branches,
     paths_of,
     returns_after_turn,
     shaft_of,
     uncertainty_shares,
+    with_branch_of,
     with_lengths,
 )
 from conrod.scenes import Saw, Scene, ShearPress, scene_named
@@ -205,9 +205,9 @@ def test_a_slider_crank_has_one_other_branch_on_which_any_lengths_are_assembled(
     # The rod leads to the other side: the slider is as far beyond the pin as it was before it.
     pin = SAW.shaft[0] + 0.1
     assert other.motion(np.zeros(1), 1.0).point("C").position[0] == pytest.approx([2.0 * pin, 0.0], abs=1e-9)
-    assert on_branch(SAW, None) is SAW
-    assert on_branch(other, other) is other
-    longer = on_branch(replace(SAW, rod=0.31), other)
+    assert with_branch_of(SAW, None) is SAW
+    assert with_branch_of(other, other) is other
+    longer = with_branch_of(replace(SAW, rod=0.31), other)
     reach, shaft = math.sqrt(0.31**2 - 0.09**2), replace(SAW, rod=0.31).shaft
     assert longer.motion(np.zeros(1), 1.0).point("C").position[0] == pytest.approx(
         [shaft[0] + 0.1 + reach, 0.0], abs=1e-9
