@@ -155,7 +155,9 @@ def test_no_two_modules_import_each_other() -> None:
 def test_settings_of_an_engine_import_no_engine_library(name: str, library: str) -> None:
     # They stand in `__init__`, which is imported with every module of the package, be it only the translator.
     package = f"conrod.engines.{name}"
-    assert [name for name in {package, *reached(package)} if any(within(n, library) for n in GRAPH[name])] == []
+    assert [
+        name for name in {package, *reachable_modules(package)} if any(within(n, library) for n in GRAPH[name])
+    ] == []
     # Negative control: the engine is seen to import its library.
     assert any(within(name, library) for name in GRAPH[f"{package}.engine"])
 
@@ -167,7 +169,7 @@ def test_library_is_imported_only_where_it_belongs(library: str) -> None:
     assert {m for m in users if not any(within(m, f"conrod.{place}") for place in ALONE[library])} == set()
 
 
-def reached(start: str) -> set[str]:
+def reachable_modules(start: str) -> set[str]:
     """Modules that a module imports, and those that these import, and so on."""
     found: set[str] = set()
     ahead = [start]
@@ -184,10 +186,10 @@ def test_studies_reach_an_engine_by_the_table_alone(engine: str) -> None:
     # The table names its modules in strings, which are imported when an engine is asked for.
     package = f"conrod.engines.{engine}"
     studies = [module for module in MODULES if within(module, "conrod.studies") and not module.endswith(".verb")]
-    ways = {module: [name for name in reached(module) if within(name, package)] for module in studies}
+    ways = {module: [name for name in reachable_modules(module) if within(name, package)] for module in studies}
     assert not {module: names for module, names in ways.items() if names}
     # Negative control: the walk does follow imports of imports.
-    assert {n for n in reached(f"{package}.engine") - GRAPH[f"{package}.engine"] if within(n, package)}
+    assert {n for n in reachable_modules(f"{package}.engine") - GRAPH[f"{package}.engine"] if within(n, package)}
 
 
 def test_the_walk_sees_every_kind_of_import(tmp_path: Path) -> None:

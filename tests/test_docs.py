@@ -179,7 +179,7 @@ def test_rival_spellings_are_found_in_prose_and_not_in_code() -> None:
 # -- worked studies run as they are printed, and find what their pages say ---------------------------------------------
 
 
-def ran(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+def run_study(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What a study's script leaves; its figure goes elsewhere."""
     mpl.use("Agg")
     plt.close("all")
@@ -198,7 +198,7 @@ def test_flywheel_keeps_the_required_speed_fluctuation(tmp_path: Path, monkeypat
     told = re.search(r"It finds ([\d.]+) kg m²", page("flywheel"))
     # Its search takes most of the time; what it finds is held to what is wanted.
     monkeypatch.setattr("scipy.optimize.brentq", lambda *_, **__: float(told[1]))
-    left = ran("flywheel", tmp_path, monkeypatch)
+    left = run_study("flywheel", tmp_path, monkeypatch)
     found, lighter = (
         np.ptp(speed) / speed.mean() for _, speed in map(left["course"], (left["least"], 0.9 * left["least"]))
     )
@@ -209,7 +209,7 @@ def test_flywheel_keeps_the_required_speed_fluctuation(tmp_path: Path, monkeypat
 
 
 def test_the_counterweight_leaves_the_least_shaking_force(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    left = ran("balance", tmp_path, monkeypatch)
+    left = run_study("balance", tmp_path, monkeypatch)
     peak, best = left["peak"], left["best"]
     assert peak(best) < min(peak(0.9 * best), peak(1.1 * best), peak(0.0), peak(left["full"]))
     assert [f"{peak(c) / 1e3:.2f} kN" in page("balance") for c in (0.0, best, left["full"])] == [True] * 3
@@ -219,7 +219,7 @@ def test_the_counterweight_leaves_the_least_shaking_force(tmp_path: Path, monkey
 
 
 def test_softest_spring_keeps_the_push_and_an_engine_agrees(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    left = ran("cam-spring", tmp_path, monkeypatch)
+    left = run_study("cam-spring", tmp_path, monkeypatch)
     push, least = left["push"], left["least"]
     assert push(least).min() == pytest.approx(left["LEAST_PUSH"], rel=1e-9)
     assert push(0.99 * least).min() < left["LEAST_PUSH"]

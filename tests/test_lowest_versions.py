@@ -24,7 +24,7 @@ def requirements(*extras: str) -> dict[str, Requirement]:
     return {canonicalize_name(one.name): one for one in map(Requirement, texts) if one.name != "conrod"}
 
 
-def pinned(name: str) -> dict[str, Version]:
+def pinned_versions(name: str) -> dict[str, Version]:
     """Versions that a file of constraints names."""
     lines = [line.partition("#")[0].strip() for line in (ROOT / name).read_text(encoding="utf-8").splitlines()]
     pairs = [line.split("==") for line in lines if line]
@@ -38,7 +38,7 @@ def lower_end(requirement: Requirement) -> Version:
 
 @pytest.mark.parametrize("name", sorted(requirements(*INSTALLED)))
 def test_lowest_constraints_name_the_lower_end_of_each_range(name: str) -> None:
-    assert pinned("constraints-lowest.txt")[name] == lower_end(requirements(*INSTALLED)[name])
+    assert pinned_versions("constraints-lowest.txt")[name] == lower_end(requirements(*INSTALLED)[name])
 
 
 def test_make_lowest_installs_extras_with_pinned_lower_ends() -> None:
@@ -48,7 +48,7 @@ def test_make_lowest_installs_extras_with_pinned_lower_ends() -> None:
 
 @pytest.mark.parametrize("name", sorted(requirements(*PROJECT["optional-dependencies"])))
 def test_constraints_lie_in_the_ranges(name: str) -> None:
-    asked, tested = requirements(*PROJECT["optional-dependencies"])[name], pinned("constraints.txt")
+    asked, tested = requirements(*PROJECT["optional-dependencies"])[name], pinned_versions("constraints.txt")
     assert name not in tested or tested[name] in asked.specifier
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from killed_mutants import PAGE, function_of, listed, main, modules
+from killed_mutants import PAGE, function_of, listed_changes, main, modules
 from sampled_mutants import copy_project, sample, with_getters
 
 ROOT = Path(__file__).parents[1]
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 NO_PAGE = "| `conrod.one.f` | no row of changes |"
 
 
-def judged(folder: Path, page: str = NO_PAGE, lines: str = "", **codes: list[int | None]) -> int:
+def exit_status_for(folder: Path, page: str = NO_PAGE, lines: str = "", **codes: list[int | None]) -> int:
     """The exit status for modules whose mutants ended with these exit codes."""
     for name, ended in codes.items():
         codes_by_key = {f"conrod.{name}.x_f__mutmut_{k}": code for k, code in enumerate(ended)}
@@ -42,11 +42,11 @@ def judged(folder: Path, page: str = NO_PAGE, lines: str = "", **codes: list[int
     ],
 )
 def test_a_module_below_the_bar_or_not_run_whole_fails(codes: list[int | None], status: int, tmp_path: Path) -> None:
-    assert judged(tmp_path, good=[1] * 100, one=codes) == status
+    assert exit_status_for(tmp_path, good=[1] * 100, one=codes) == status
 
 
 def test_modules_are_judged_one_by_one_and_survivors_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert judged(tmp_path, good=[1] * 100, bad=[1, 0, None], none=[]) == 1
+    assert exit_status_for(tmp_path, good=[1] * 100, bad=[1, 0, None], none=[]) == 1
     printed = capsys.readouterr()
     assert "conrod/bad.py: 1 of 2 killed, 0 equivalent, 50.0 %, 1 not run" in printed.out
     assert "survived: conrod.bad.x_f__mutmut_1" in printed.out
@@ -57,7 +57,7 @@ def test_modules_are_judged_one_by_one_and_survivors_named(tmp_path: Path, capsy
 
 
 def test_run_without_mutants_fails(tmp_path: Path) -> None:
-    assert judged(tmp_path) == 1
+    assert exit_status_for(tmp_path) == 1
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_run_without_mutants_fails(tmp_path: Path) -> None:
     ],
 )
 def test_equivalent_mutant_counts_unless_listed_with_a_reason(page: str, status: int, tmp_path: Path) -> None:
-    assert judged(tmp_path, page, "    if x <= y:", one=[1, 1, 0]) == status
+    assert exit_status_for(tmp_path, page, "    if x <= y:", one=[1, 1, 0]) == status
 
 
 def test_sample_counts_chosen_mutants_and_fails_if_not_run(tmp_path: Path) -> None:
@@ -81,14 +81,14 @@ def test_sample_counts_chosen_mutants_and_fails_if_not_run(tmp_path: Path) -> No
     for chosen, status in ((range(30), 0), (range(31), 0), ((0, 30), 1), ((0, 31), 1)):
         names = [f"conrod.one.x_f__mutmut_{k}" for k in chosen]
         (tmp_path / "chosen.json").write_text(json.dumps({"one": {"of": 32, "names": names}}), encoding="utf-8")
-        assert judged(folder, one=codes) == status, chosen
+        assert exit_status_for(folder, one=codes) == status, chosen
 
 
 def test_a_whole_run_writes_its_counts_into_the_page(tmp_path: Path) -> None:
     page = f"{NO_PAGE}\n<!-- counts -->\nold\n<!-- end of counts -->\n"
-    judged(tmp_path, page, one=[1] * 39 + [None])
+    exit_status_for(tmp_path, page, one=[1] * 39 + [None])
     assert "old" in (tmp_path / "page.md").read_text(encoding="utf-8")
-    judged(tmp_path, page, one=[1] * 39 + [0])
+    exit_status_for(tmp_path, page, one=[1] * 39 + [0])
     text = (tmp_path / "page.md").read_text(encoding="utf-8")
     assert "| `one.py` | 40 of 40 | 39 | 0 | 97.5 % |" in text
     assert "old" not in text
@@ -179,4 +179,4 @@ def test_mutated_modules_and_their_tests_exist_and_are_listed() -> None:
     assert all((ROOT / place).exists() for place in places)
     found = (file for pattern in asked["only_mutate"] for file in ROOT.glob(pattern))
     files = {str(file.relative_to(ROOT / "src").with_suffix("")) for file in found}
-    assert all(any(name.startswith(file.replace("/", ".")) for file in files) for name, _ in listed(page))
+    assert all(any(name.startswith(file.replace("/", ".")) for file in files) for name, _ in listed_changes(page))

@@ -60,7 +60,7 @@ class Payload:
         return os.mkdir, (str(self.mark), 0o700)
 
 
-def planted(folder: Path, mark: Path) -> Path:
+def plant_payloads(folder: Path, mark: Path) -> Path:
     """A folder with files of which each leaves a mark where it is executed."""
     for name in MODULES:
         (folder / f"{name}.py").write_text(f"import os\nos.makedirs({str(mark)!r}, exist_ok=True)\n", encoding="utf-8")
@@ -68,14 +68,14 @@ def planted(folder: Path, mark: Path) -> Path:
     return folder
 
 
-def begun(*arguments: str) -> subprocess.Popen[str]:
+def start_command(*arguments: str) -> subprocess.Popen[str]:
     """A command under way, in the working folder."""
     with Path("errors.txt").open("a", encoding="utf-8") as errors:
         command = [sys.executable, "-m", "conrod", *arguments]
         return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=errors, text=True)
 
 
-def kept(ledger: Path) -> int:
+def result_count(ledger: Path) -> int:
     """Number of results in a ledger, which may not be there yet."""
     if not ledger.exists():
         return 0
@@ -85,7 +85,7 @@ def kept(ledger: Path) -> int:
         return int(connection.execute("SELECT count(*) FROM runs").fetchone()[0])
 
 
-def killed(process: subprocess.Popen[str], now: Callable[[], bool]) -> bool:
+def kill_when(process: subprocess.Popen[str], now: Callable[[], bool]) -> bool:
     """Kill a process once something is so; False where it has ended before."""
     while process.poll() is None:
         if now():
@@ -100,7 +100,7 @@ def arena(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """A working folder with files that nothing may execute, and which is left as it was."""
     folder, mark = tmp_path / "arena", tmp_path / "executed"
     folder.mkdir()
-    monkeypatch.chdir(planted(folder, mark))
+    monkeypatch.chdir(plant_payloads(folder, mark))
     yield folder
     assert not mark.exists()
 
@@ -121,7 +121,7 @@ def report(capsys: pytest.CaptureFixture[str]) -> Callable[[str], None]:
 def test_planted_payload_is_executed_when_loaded(tmp_path: Path) -> None:
     # Negative control.
     mark = tmp_path / "executed"
-    planted(tmp_path, mark)
+    plant_payloads(tmp_path, mark)
     subprocess.run([sys.executable, "-c", "import queue"], cwd=tmp_path, check=True)
     assert mark.exists()
     mark.rmdir()
@@ -141,9 +141,9 @@ def test_mutated_models_are_answered_or_refused_in_one_line(arena: Path, report:
         with LocalProcesses(2, timeout=PATIENCE, memory=MEMORY) as executor:
             while left and spent < BUDGET:
                 some, left = left[:AT_A_TIME], left[AT_A_TIME:]
-                tries = [executor.submit(models.tried, *cases[k]) for k in some]
+                tries = [executor.submit(models.attempt_here, *cases[k]) for k in some]
                 for k, future in zip(some, tries, strict=True):
-                    record.keep(k, ended(future, cases[k]))
+                    record.keep(k, end_of_mutant(future, cases[k]))
                     spent += record.ends[k].seconds
     finally:  # also where it is stopped
         ends = record.ends
@@ -208,7 +208,7 @@ def test_a_stopped_attack_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
     assert Record("models-1").ends == {}  # of another conrod
 
 
-def ended(future: Future[models.End], case: Any) -> models.End:
+def end_of_mutant(future: Future[models.End], case: Any) -> models.End:
     """How a mutant ended; one that took down its process is tried again as a user would, who is to see one line."""
     try:
         return future.result()
@@ -220,23 +220,23 @@ def ended(future: Future[models.End], case: Any) -> models.End:
 
 def test_killed_sweep_loses_no_run_and_no_report(arena: Path, report: Callable[[str], None]) -> None:
     chance, ledger, out = random.Random(f"kills {SEED}"), arena / "l.sqlite", arena / REPORT
-    assert begun(*SWEEP[:-1], "undisturbed.sqlite").wait() == 0
-    wanted, kills = kept(arena / "undisturbed.sqlite"), 0
+    assert start_command(*SWEEP[:-1], "undisturbed.sqlite").wait() == 0
+    wanted, kills = result_count(arena / "undisturbed.sqlite"), 0
     while kills < KILLS:
-        before = kept(ledger)
+        before = result_count(ledger)
         goal = before + min(chance.randint(1, 4), (wanted - before) // (KILLS - kills))
-        kills += killed(begun(*SWEEP), lambda goal=goal: kept(ledger) >= goal)
-        assert kept(ledger) >= before
+        kills += kill_when(start_command(*SWEEP), lambda goal=goal: result_count(ledger) >= goal)
+        assert result_count(ledger) >= before
     command = (*SWEEP, "--out", REPORT)
-    assert begun(*command).wait() == 0
+    assert start_command(*command).wait() == 0
     assert rows(ledger) == rows(arena / "undisturbed.sqlite")
     whole = files(out)
     # At any step of writing: tests/studies/test_killed_writers.py. Here whatever a few kills hit, or come too late for.
     for _ in range(4):
         shutil.rmtree(out)
-        killed(begun(*command), lambda: any(out.glob("**/*")))
+        kill_when(start_command(*command), lambda: any(out.glob("**/*")))
         assert conrod("report", REPORT).returncode == (0 if any(out.glob("data/*.json")) else 2)
-        assert begun(*command).wait() == 0
+        assert start_command(*command).wait() == 0
         assert {
             name: text for name, text in files(out).items() if not Path(name).name.startswith(TEMPORARY_PREFIX)
         } == whole

@@ -23,7 +23,7 @@ DOCUMENTS = (
 )  # fmt: skip
 
 
-def published(document: str) -> tuple[Sequence[Formula], Any]:
+def published_formulas(document: str) -> tuple[Sequence[Formula], Any]:
     """Formulas of a document, and arguments to try them with."""
     module = import_module(f"audits.formulas.{document}")
     return module.FORMULAS, module.arguments()
@@ -31,7 +31,7 @@ def published(document: str) -> tuple[Sequence[Formula], Any]:
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_a_planted_factor_in_a_right_formula_is_caught(document: str) -> None:
-    formulas, arguments = published(document)
+    formulas, arguments = published_formulas(document)
     right = [f for f in formulas if verdict_on(f, arguments).kind is VerdictKind.AGREES]
     assert right
     for formula in right:
@@ -41,7 +41,7 @@ def test_a_planted_factor_in_a_right_formula_is_caught(document: str) -> None:
 
 @pytest.mark.parametrize("document", DOCUMENTS)
 def test_a_mended_formula_holds_and_a_wrong_mend_is_not_believed(document: str) -> None:
-    formulas, arguments = published(document)
+    formulas, arguments = published_formulas(document)
     for formula in (f for f in formulas if f.mended is not None):
         assert discrepancy(formula.mended, formula.truth, arguments) <= SAME
         verdict = verdict_on(replace(formula, mended=formula.function), arguments)

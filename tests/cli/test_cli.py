@@ -146,7 +146,7 @@ DOCUMENT = Path(__file__).parents[2] / "docs" / "linkages.md"
 CRANK, ROD, OFFSET = 0.1, 0.3, 0.09  # of the saw [m]
 
 
-def told(*arguments: str, folder: Path) -> dict[str, Any]:
+def show_document(*arguments: str, folder: Path) -> dict[str, Any]:
     done = conrod("show", *arguments, "--json", "out.json", cwd=folder)
     assert done.returncode == 0, done.stderr
     document: dict[str, Any] = json.loads((folder / "out.json").read_text())
@@ -154,7 +154,7 @@ def told(*arguments: str, folder: Path) -> dict[str, Any]:
 
 
 def test_greatest_pressure_angle_of_the_cam_matches_its_lift(tmp_path: Path) -> None:
-    (angle,) = told("cam-follower", folder=tmp_path)["turn"]["transmission"]
+    (angle,) = show_document("cam-follower", folder=tmp_path)["turn"]["transmission"]
     scene = SCENES["cam-follower"]
     # For a follower that moves through the shaft, tan(pressure angle) = (ds/dt) / s with s from the shaft.
     here = np.linspace(0.0, 2.0 * np.pi, 200_001)
@@ -170,7 +170,7 @@ def test_greatest_pressure_angle_of_the_cam_matches_its_lift(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("degrees", ["130", "-75.5"])
 def test_show_at_an_angle_matches_slider_crank_closed_form(degrees: str, tmp_path: Path) -> None:
-    here = told("saw-40rpm", f"--angle={degrees} deg", folder=tmp_path)["instant"]
+    here = show_document("saw-40rpm", f"--angle={degrees} deg", folder=tmp_path)["instant"]
     angle, saw = math.radians(float(degrees)), Saw(speed=40.0 * 2.0 * math.pi / 60.0)
     w, height = saw.speed, CRANK * math.sin(angle) - OFFSET
     down = math.sqrt(ROD**2 - height**2)

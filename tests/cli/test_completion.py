@@ -10,7 +10,7 @@ from click.shell_completion import ShellComplete
 from conrod.cli import cli
 
 
-def completed(*words: str, begun: str = "") -> list[str]:
+def completions(*words: str, begun: str = "") -> list[str]:
     """Words that a shell offers after those typed."""
     shell = ShellComplete(cli, {}, "conrod", "_CONROD_COMPLETE")
     return [item.value for item in shell.get_completions(list(words), begun)]
@@ -32,7 +32,7 @@ def completed(*words: str, begun: str = "") -> list[str]:
     ],
 )
 def test_names_are_completed_where_they_may_stand(words: tuple[str, ...], begun: str, found: list[str]) -> None:
-    assert completed(*words, begun=begun) == found
+    assert completions(*words, begun=begun) == found
 
 
 def test_files_are_completed_by_the_endings_of_a_verb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,8 +40,8 @@ def test_files_are_completed_by_the_endings_of_a_verb(tmp_path: Path, monkeypatc
     for name in ("saw.xml", "saw.toml", "saw.csv", "saw.png", ".saw.xml"):
         (tmp_path / name).touch()
     (tmp_path / "saws").mkdir()
-    assert completed("check", begun="s") == ["saw.csv", "saw.xml", "saws/"]
-    assert completed("lint", begun="s") == ["saw.xml", "saws/"]
-    assert completed("validate", begun="saw.") == ["saw.toml"]
-    assert completed("audit", begun=f"{tmp_path}/s") == [f"{tmp_path}/saw.csv", f"{tmp_path}/saws/"]
-    assert completed("check", begun="missing/") == []
+    assert completions("check", begun="s") == ["saw.csv", "saw.xml", "saws/"]
+    assert completions("lint", begun="s") == ["saw.xml", "saws/"]
+    assert completions("validate", begun="saw.") == ["saw.toml"]
+    assert completions("audit", begun=f"{tmp_path}/s") == [f"{tmp_path}/saw.csv", f"{tmp_path}/saws/"]
+    assert completions("check", begun="missing/") == []

@@ -23,11 +23,11 @@ class Unspeakable(Exception):
         raise ValueError
 
 
-def recursion() -> None:
-    recursion()
+def recurse() -> None:
+    recurse()
 
 
-def raising(error: BaseException) -> object:
+def raise_error(error: BaseException) -> object:
     raise error
 
 
@@ -54,7 +54,7 @@ def test_no_error_ends_with_the_status_of_a_verdict(
     error: BaseException, status: int, said: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as ended:
-        run_guarded(lambda: raising(error))
+        run_guarded(lambda: raise_error(error))
     assert ended.value.code == status
     shown = capfd.readouterr().err
     assert shown.count("\n") == (1 if said else 0)
@@ -75,7 +75,7 @@ def test_exit_status_of_a_verdict_is_kept(status: int | None) -> None:
 
 def test_too_deep_a_recursion_is_a_crash() -> None:
     with pytest.raises(SystemExit) as ended:
-        run_guarded(recursion)
+        run_guarded(recurse)
     assert ended.value.code == 3
 
 

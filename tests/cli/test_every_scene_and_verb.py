@@ -44,7 +44,7 @@ STUDIES = (
 )
 
 
-def answered(line: str, name: str, folder: Path) -> int:
+def exit_status_of(line: str, name: str, folder: Path) -> int:
     """Exit status of a command, which gives an answer or one line of a refusal."""
     points = scene_named(name).lengths if "POINTS" in line else ()
     command = line.format(name).replace("POINTS", " ".join(f"--point {one}=site:{one}" for one in points))
@@ -62,13 +62,13 @@ def answered(line: str, name: str, folder: Path) -> int:
 
 @pytest.mark.parametrize("name", KINDS)
 def test_every_kind_of_machine_is_shown_and_exported(name: str, tmp_path: Path) -> None:
-    assert [answered(line, name, tmp_path) for line in FAST] == [0, 0]
+    assert [exit_status_of(line, name, tmp_path) for line in FAST] == [0, 0]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", dict.fromkeys(NAMES))
 def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:
-    ends = [answered(line, name, tmp_path) for line in (*VERBS, *(STUDIES if name in KINDS else ()))]
+    ends = [exit_status_of(line, name, tmp_path) for line in (*VERBS, *(STUDIES if name in KINDS else ()))]
     # Negative control: the commands are not all refused.
     assert ends.count(2) < len(ends) // 2
 
@@ -77,4 +77,4 @@ def test_refusal_without_its_line_is_detected(tmp_path: Path, monkeypatch: pytes
     # Negative control of the check.
     monkeypatch.setattr("conrod.cli._fail", lambda message: sys.exit(2))
     with pytest.raises(AssertionError):
-        answered("show {}", "none", tmp_path)
+        exit_status_of("show {}", "none", tmp_path)

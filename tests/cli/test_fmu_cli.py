@@ -130,7 +130,7 @@ def test_an_fmu_that_ends_its_process_is_an_outcome(fault: str, words: str, tmp_
     assert words in str(caught.value)
 
 
-def in_its_own_process(folder: Path) -> subprocess.CompletedProcess[str]:
+def run_in_own_process(folder: Path) -> subprocess.CompletedProcess[str]:
     """The command as a user gives it; it ends only when nobody holds its output open any more."""
     command = [sys.executable, "-m", "conrod", *CHECK, *POINT, *JUDGED]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=100, check=False)
@@ -138,14 +138,14 @@ def in_its_own_process(folder: Path) -> subprocess.CompletedProcess[str]:
 
 def test_forking_fmu_does_not_hold_the_output_open(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, "fork")
-    done = in_its_own_process(tmp_path)
+    done = run_in_own_process(tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert "ended by signal SIGABRT" in done.stderr
 
 
 def test_fmu_that_writes_into_foreign_descriptors_is_judged(tmp_path: Path, library: Path) -> None:
     saw(tmp_path, library, "stray")
-    done = in_its_own_process(tmp_path)
+    done = run_in_own_process(tmp_path)
     assert (done.returncode, "within tolerance" in done.stdout) == (0, True), done.stderr
 
 
@@ -203,7 +203,7 @@ def test_an_array_without_bounds_is_refused_at_once(dimensions: int, size: int, 
 EXACT = ",".join(f"{quantity}=1e-12" for quantity in ("position", "velocity", "acceleration"))
 
 
-def judged(folder: Path, scene: str, *options: str, exported: tuple[str, ...] = ()) -> tuple[int, Any]:
+def check_exported(folder: Path, scene: str, *options: str, exported: tuple[str, ...] = ()) -> tuple[int, Any]:
     """Exit status and findings of a scene that was exported with some parameters."""
     done = conrod("export", scene, "--format", "fmu", "-o", "unit.fmu", *exported, cwd=folder)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
@@ -216,7 +216,7 @@ def judged(folder: Path, scene: str, *options: str, exported: tuple[str, ...] = 
 @pytest.mark.usefixtures("library")
 @pytest.mark.parametrize(("scene", "mode"), [("saw-500rpm", "model-exchange"), ("geneva", "co-simulation")])
 def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, tmp_path: Path) -> None:
-    status, found = judged(tmp_path, scene, "--preset", mode, "--tolerance", EXACT)
+    status, found = check_exported(tmp_path, scene, "--preset", mode, "--tolerance", EXACT)
     assert status == 0
     assert max(one["size"]["max"] for errors in found["errors"].values() for one in errors.values()) < 1e-12
 
@@ -225,7 +225,7 @@ def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, 
 @pytest.mark.usefixtures("library")
 def test_rod_a_micrometre_longer_is_off_by_its_sensitivity(tmp_path: Path) -> None:
     longer = 1e-6  # [m]
-    status, found = judged(
+    status, found = check_exported(
         tmp_path, "saw-500rpm", "--tolerance", "position=1e-9", exported=("--set", f"rod={0.3 + longer!r}")
     )
     assert status == 1

@@ -84,7 +84,7 @@ def test_the_plugin_loads_nothing_of_conrod_until_it_is_used(pytester: pytest.Py
     run(pytester, "-q").assert_outcomes(passed=1)
 
 
-def fails(pytester: pytest.Pytester, *lines: str) -> None:
+def check_failure(pytester: pytest.Pytester, *lines: str) -> None:
     done = run(pytester)
     done.assert_outcomes(failed=1)
     done.stdout.fnmatch_lines(lines)
@@ -93,7 +93,7 @@ def fails(pytester: pytest.Pytester, *lines: str) -> None:
 @pytest.mark.slow
 def test_first_run_writes_baseline_and_drift_must_be_accepted(pytester: pytest.Pytester) -> None:
     test = pytester.makepyfile(test_a=TEST.format(steps=500))
-    fails(pytester, "conrod: no baseline yet: conrod-baselines/test_a/test_saw.json is written, *")
+    check_failure(pytester, "conrod: no baseline yet: conrod-baselines/test_a/test_saw.json is written, *")
     run(pytester).assert_outcomes(passed=1)
     file = pytester.path / "conrod-baselines" / "test_a" / "test_saw.json"
     kept = json.loads(file.read_text(encoding="utf-8"))
@@ -102,9 +102,11 @@ def test_first_run_writes_baseline_and_drift_must_be_accepted(pytester: pytest.P
     position["value"] -= 100.0 * position["band"]
     file.write_text(json.dumps(kept), encoding="utf-8")
     drift = "  mujoco hardened: position 7.*, was 7.*: worse, drifted by 2.0 digits"
-    fails(pytester, drift, "accept: pytest --conrod-regen-all test_a.py::test_saw")
+    check_failure(pytester, drift, "accept: pytest --conrod-regen-all test_a.py::test_saw")
     # Other settings are no drift; they are named, and accepted alike.
     test.write_text(TEST.format(steps=250), encoding="utf-8")
-    fails(pytester, "conrod: the baseline is of something else: steps-per-rev 500, here 250 (*", "accept*regen-all*")
+    check_failure(
+        pytester, "conrod: the baseline is of something else: steps-per-rev 500, here 250 (*", "accept*regen-all*"
+    )
     run(pytester, "--conrod-regen-all").assert_outcomes(passed=1)
     run(pytester).assert_outcomes(passed=1)

@@ -139,7 +139,7 @@ def test_interrupted_sweep_keeps_runs_and_says_how_to_go_on(sent: signal.Signals
 LIMITS = ("saw-500rpm", "--axis", "steps", "--engine", "pymunk", "--preset", "stock", "--range", "400..2")
 
 
-def studied(folder: Path) -> tuple[str, LimitStudy, int]:
+def run_limits(folder: Path) -> tuple[str, LimitStudy, int]:
     """What a quick study prints, what it finds, and the number of runs that are kept."""
     done = conrod("limits", *LIMITS, "--json", "limits.json", cwd=folder)
     assert done.returncode == 0, done.stderr
@@ -149,7 +149,7 @@ def studied(folder: Path) -> tuple[str, LimitStudy, int]:
 
 
 def test_limits_finds_boundaries_and_the_same_again_with_no_run(tmp_path: Path) -> None:
-    printed, study, runs = studied(tmp_path)
+    printed, study, runs = run_limits(tmp_path)
     (walk,) = study.walks
     boundary = {b.criterion: b for b in walk.boundaries}["wrong"]
     # Saw at 500 rpm, stock pymunk: a joint gapes by a twentieth of the travel between 30 and 100 steps.
@@ -158,13 +158,13 @@ def test_limits_finds_boundaries_and_the_same_again_with_no_run(tmp_path: Path) 
     assert (boundary.outcome, boundary.undetected) == ("opened", True)
     for words in ("opened (undetected)", "within 1 %", "within 10 %"):
         assert words in printed
-    assert studied(tmp_path)[1:] == (study, runs)
+    assert run_limits(tmp_path)[1:] == (study, runs)
 
 
 # -- ablate ------------------------------------------------------------------------------------------------------------
 
 
-def iterated(more: int) -> Callable[[Any], Any]:
+def add_iterations(more: int) -> Callable[[Any], Any]:
     return lambda settings: replace(settings, preset="custom", iterations=settings.iterations + more)
 
 
@@ -172,7 +172,7 @@ ABLATE = ("ablate", "saw-500rpm", "--engine", "mujoco", "--steps-per-rev", "100"
 
 
 def test_ablation_is_printed_written_and_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    planted = Ingredient("more-iterations", "fifty more", iterated(50), iterated(-50))
+    planted = Ingredient("more-iterations", "fifty more", add_iterations(50), add_iterations(-50))
     monkeypatch.setattr(MuJoCo, "ingredients", lambda self, machine, minimal: (planted,))
     first = conrod(*ABLATE, "--out", "report", "--json", "a.json", cwd=tmp_path)
     assert first.returncode == 0, first.stderr

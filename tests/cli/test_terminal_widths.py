@@ -33,7 +33,7 @@ Print = Callable[[], object]
 
 
 @cache
-def saved(folder: str, kind: str) -> list[Any]:
+def saved_findings(folder: str, kind: str) -> list[Any]:
     files = sorted((ROOT / "reports" / folder / "data").glob("*.json"))
     return [restore_findings(kind_named(kind).findings, json.loads(file.read_text())) for file in files]
 
@@ -44,15 +44,17 @@ def found_in_model() -> tuple[Any, Any]:
     return harden_file(file, seconds=0.024, content=False), lint(file, seconds=0.024)
 
 
-def printed(kind: str, found: Sequence[Any]) -> Iterable[PrintedPart]:
+def parts_to_print(kind: str, found: Sequence[Any]) -> Iterable[PrintedPart]:
     return kind_named(kind).printed(found)
 
 
 PRINTED: dict[str, Callable[[], Iterable[PrintedPart]]] = {
-    "validate": lambda: printed("validation", [*saved(".", "validation"), *saved("catalogue", "validation")[::3]]),
-    "sweep": lambda: printed("sweep", saved("sweep", "sweep")),
-    "limits": lambda: printed("limits", saved("limits", "limits")),
-    "ablate": lambda: printed("ablate", saved("ablate", "ablate")),
+    "validate": lambda: parts_to_print(
+        "validation", [*saved_findings(".", "validation"), *saved_findings("catalogue", "validation")[::3]]
+    ),
+    "sweep": lambda: parts_to_print("sweep", saved_findings("sweep", "sweep")),
+    "limits": lambda: parts_to_print("limits", saved_findings("limits", "limits")),
+    "ablate": lambda: parts_to_print("ablate", saved_findings("ablate", "ablate")),
     "harden": lambda: hardening_to_print(replace(found_in_model()[0], lines=""), None),
     "lint": lambda: report_to_print(found_in_model()[1], None),
 }

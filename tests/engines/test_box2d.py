@@ -38,13 +38,13 @@ def box2d() -> Any:
 
 
 @cache
-def ran(scene: Any, settings: Box2DSettings, revolutions: float = 1.0) -> Piece:
+def run_box2d(scene: Any, settings: Box2DSettings, revolutions: float = 1.0) -> Piece:
     return concatenate_pieces(list(engine_named("box2d").run(scene, settings, revolutions)))
 
 
 def worst(scene: Any, preset: str, steps: int, **fields: Any) -> Array:
     """Largest normalised errors of position, velocity and acceleration."""
-    found = compare(ran(scene, replace(BOX2D_PRESETS[preset](scene, steps), **fields)).trajectory, scene)
+    found = compare(run_box2d(scene, replace(BOX2D_PRESETS[preset](scene, steps), **fields)).trajectory, scene)
     return np.array([found.worst(quantity) for quantity in QUANTITIES])
 
 
@@ -89,7 +89,7 @@ def test_stock_is_of_order_two_in_positions() -> None:
 def test_crank_angle_keeps_its_digits_after_many_revolutions() -> None:
     """Its angle is written without whole turns; a single-precision number of 200 turns has steps of 1e-4 rad."""
     scene, settings = SAW, BOX2D_PRESETS["stock"](SAW, 20)
-    instants = ran(scene, settings, 200.0).trajectory.bodies.position.instants  # type: ignore[union-attr]
+    instants = run_box2d(scene, settings, 200.0).trajectory.bodies.position.instants  # type: ignore[union-attr]
     assert np.abs(instants.angle - scene.speed * instants.times).max() < 1e-6
 
 
@@ -138,7 +138,7 @@ def test_a_body_moves_at_most_two_units_per_step() -> None:
 def test_a_slow_machine_falls_asleep_unless_that_is_forbidden() -> None:
     slow = SAW.with_parameters(speed=0.01)  # [rad/s], below 2 deg/s
     settings = replace(BOX2D_PRESETS["tuned"](slow, 400), length_scale=1.0, all_iterations=False)
-    asleep, awake = (ran(slow, replace(settings, sleeping=one)).trajectory for one in (True, False))
+    asleep, awake = (run_box2d(slow, replace(settings, sleeping=one)).trajectory for one in (True, False))
     assert asleep.outcome is Outcome.STALLED
     assert awake.outcome is Outcome.COMPLETED
     assert (BOX2D_PRESETS["stock"](slow, 400).sleeping, settings.sleeping) == (True, False)

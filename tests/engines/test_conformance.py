@@ -54,7 +54,7 @@ class TestPlanted(PlantedSuite):
 # -- planted mistakes --------------------------------------------------------------------------------------------------
 
 
-def edited(tracks: PointTracks, quantity: str, edit: Callable[[Array], Array]) -> PointTracks:
+def edit_quantity(tracks: PointTracks, quantity: str, edit: Callable[[Array], Array]) -> PointTracks:
     track = getattr(tracks, quantity)
     return replace(tracks, **{quantity: Track(track.instants, edit(track.values))})
 
@@ -69,7 +69,7 @@ class Mistaken(LawfulEngine):
     def run(self, *arguments: Any, **others: Any) -> Iterator[Piece]:
         for piece in super().run(*arguments, **others):
             found = piece.trajectory.points.items()
-            points = {name: edited(tracks, self.quantity, self.edit) for name, tracks in found}
+            points = {name: edit_quantity(tracks, self.quantity, self.edit) for name, tracks in found}
             yield replace(piece, trajectory=replace(piece.trajectory, points=points))
 
 
@@ -78,7 +78,7 @@ def half_a_step_early(values: Array) -> Array:
     return 0.5 * (values + before)
 
 
-def noisy(values: Array) -> Array:
+def add_noise(values: Array) -> Array:
     return values + 1e-12 * np.random.default_rng().standard_normal(values.shape)
 
 
@@ -123,7 +123,7 @@ MISTAKES: dict[str, tuple[Any, ...]] = {
         Mistaken("position", lambda values: values * np.array([1.0, -1.0])),
     ),
     "test_the_same_run_has_the_same_bits_in_any_pieces": (
-        Mistaken("position", noisy),
+        Mistaken("position", add_noise),
         Mistaken("position", lambda values: values + 1e-12 * len(values)),
     ),
     "test_run_starts_exactly_at_the_given_angle": (StartsElsewhere(),),

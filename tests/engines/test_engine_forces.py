@@ -53,14 +53,14 @@ def machine(name: str, **changes: Any) -> GenericReference:
     return GenericReference(replace(scene.mechanism(), **changes), scene.speed)
 
 
-def told(engine: str, model: Any, steps: int, turns: float = 1.0, **settings: Any) -> ForceTracks:
+def reported_forces(engine: str, model: Any, steps: int, turns: float = 1.0, **settings: Any) -> ForceTracks:
     made: Any = engine_named(engine)
     preset = made.presets["hardened" if engine == "mujoco" and not model.kinematics.mechanism.cam_contacts else "tuned"]
     found: ForceTracks = made.forces(model, replace(preset(model, steps), **settings), turns, START)
     return found
 
 
-def exact(model: Any, tracks: ForceTracks) -> JointForces:
+def exact_forces(model: Any, tracks: ForceTracks) -> JointForces:
     at = tracks.instants
     return joint_forces(model.kinematics, CrankStates(at.angle, at.rate, at.acceleration, at.times))
 
@@ -69,7 +69,7 @@ def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:
     """Largest errors of drive torque and reactions, over the exact peak of each quantity."""
     assert not tracks.unsupported
     assert tracks.drive_torque is not None
-    right_forces = exact(judge, tracks)
+    right_forces = exact_forces(judge, tracks)
     torque = np.abs(tracks.drive_torque - right_forces.drive_torque).max() / np.abs(right_forces.drive_torque).max()
     worst = 0.0
     for joint in judge.described.joints:
@@ -92,15 +92,15 @@ def test_forces_lose_digits_with_the_flywheel_of_a_run(monkeypatch: pytest.Monke
     monkeypatch.setattr("conrod.engines.mujoco.forces.FORCE_ARMATURE_FACTOR", 1.0)
     monkeypatch.setattr("conrod.engines.mujoco.forces.MIN_FORCE_HARDENING", 1e-15)
     # Solved a second time from beside the solution, a state has them again.
-    assert errors(told("mujoco", saw, 1000), saw)[0] < 1e-7
+    assert errors(reported_forces("mujoco", saw, 1000), saw)[0] < 1e-7
     monkeypatch.setattr("conrod.engines.mujoco.forces.MIN_SOLVER_ITERATIONS", 0)
-    assert errors(told("mujoco", saw, 1000), saw)[0] > 1e-4
+    assert errors(reported_forces("mujoco", saw, 1000), saw)[0] > 1e-4
 
 
 def test_flywheel_inertia_includes_the_work_of_loads() -> None:
     """A torque of 50 kN m on the press: it gives as much in a turn as it takes from the drive."""
     press = machine("shear-press", loads=(Load("cut", Turn("ground", "crank"), Steady(5e4)),))
-    tracks = told("mujoco", press, 250)
+    tracks = reported_forces("mujoco", press, 250)
     assert np.abs(tracks.instants.rate / press.speed - 1.0).max() < 1e-5
     assert errors(tracks, press)[0] < 1e-7
 
@@ -108,7 +108,7 @@ def test_flywheel_inertia_includes_the_work_of_loads() -> None:
 @pytest.mark.parametrize("load", [LOADS[:1], LOADS[-1:], LOADS], ids=["spring", "knock", "all"])
 def test_loads_appear_in_torque_and_reactions(load: tuple[Load, ...]) -> None:
     saw = machine("saw-500rpm", loads=load)
-    tracks = told("mujoco", saw, 500)
+    tracks = reported_forces("mujoco", saw, 500)
     assert max(errors(tracks, saw)) < 1e-6
     assert max(errors(tracks, machine("saw-500rpm"))) > 1e-3  # which has no loads
     assert mujoco.get_mjcb_act_bias() is None
@@ -122,16 +122,16 @@ def test_loads_are_exact_for_a_crank_with_its_centre_off_shaft() -> None:
     crank = replace(mechanism.body("crank"), centre_of_gravity=(0.03, -0.02))
     bodies = (crank, *(body for body in mechanism.bodies if body.name != "crank"))
     loaded, without = (machine("saw-500rpm", bodies=bodies, loads=loads) for loads in (LOADS, ()))
-    found = np.array([errors(told("pymunk", loaded, steps), loaded) for steps in (250, 500, 1000)])
+    found = np.array([errors(reported_forces("pymunk", loaded, steps), loaded) for steps in (250, 500, 1000)])
     assert found[-1].max() < 1e-4
     assert np.log2(found[0] / found[1]).min() > 1.8
-    assert errors(told("pymunk", without, 250), loaded)[0] > 0.1
+    assert errors(reported_forces("pymunk", without, 250), loaded)[0] > 0.1
 
 
 def test_forces_stamped_with_another_instant_have_order_one() -> None:
     found, saw = [], machine("saw-40rpm")
     for steps in (250, 500):
-        tracks = told("pymunk", saw, steps)
+        tracks = reported_forces("pymunk", saw, steps)
         late = replace(tracks.instants, angle=tracks.instants.angle + np.pi / steps)
         found.append(errors(replace(tracks, instants=late), saw)[0])
     assert np.log2(found[0] / found[1]) == pytest.approx(1.0, abs=0.1)
@@ -140,7 +140,7 @@ def test_forces_stamped_with_another_instant_have_order_one() -> None:
 def test_joint_components_agree_with_the_engines_impulse() -> None:
     model: Any = machine("six-bar")
     settings = engine_named("pymunk").presets["tuned"](model, 400)
-    tracks = told("pymunk", model, 400, 0.1)
+    tracks = reported_forces("pymunk", model, 400, 0.1)
     made, h = build_at_angle(model, settings, START), settings.timestep
     for n in range(40):
         made.crank.angle = made.mechanism.crank_turn(START + model.speed * h * n)
@@ -159,8 +159,8 @@ def test_joint_components_agree_with_the_engines_impulse() -> None:
 
 def contact_scatter(engine: str, steps: int, turns: float) -> float:
     """Rms error of the contact force between the arcs' joints, against its peak."""
-    tracks = told(engine, CAM, steps, turns)
-    angle, right = tracks.instants.angle, exact(CAM, tracks).components["contact"]["contact"]
+    tracks = reported_forces(engine, CAM, steps, turns)
+    angle, right = tracks.instants.angle, exact_forces(CAM, tracks).components["contact"]["contact"]
     assert right.min() > 0.0
     gaps = (angle[:, None] - np.array(CAM.break_angles())[None] + np.pi) % (2.0 * np.pi) - np.pi
     away = np.abs(gaps).min(axis=1) > 0.02
@@ -190,7 +190,7 @@ def test_contact_force_of_single_steps_scatters_at_any_step(monkeypatch: pytest.
 )
 def test_unreported_forces_have_a_reason(engine: str, name: str, change: dict[str, Any], reason: str) -> None:
     model = machine(name)
-    tracks = told(engine, model, 60, **change)
+    tracks = reported_forces(engine, model, 60, **change)
     assert tracks.drive_torque is None
     assert not tracks.joints
     assert reason in tracks.unsupported["drive torque"]

@@ -33,23 +33,23 @@ TURN = 2.0 * math.pi
 
 
 @cache
-def ran(scene: Scene, engine: str, preset: str, steps: int, revolutions: float = 2.0) -> Trajectory:
+def run_engine(scene: Scene, engine: str, preset: str, steps: int, revolutions: float = 2.0) -> Trajectory:
     return run(scene, engine_named(engine).presets[preset](scene, steps), revolutions)
 
 
 @cache
-def measured(scene: Scene, engine: str, preset: str, steps: int) -> Comparison:
-    trajectory = ran(scene, engine, preset, steps)
+def compare_run(scene: Scene, engine: str, preset: str, steps: int) -> Comparison:
+    trajectory = run_engine(scene, engine, preset, steps)
     assert trajectory.outcome is Outcome.COMPLETED, trajectory.reason
     return compare(trajectory, scene)
 
 
 def fitted_order(scene: Scene, engine: str, preset: str, steps: tuple[int, ...], quantity: str) -> float:
-    errors = [measured(scene, engine, preset, n).worst(quantity) for n in steps]
+    errors = [compare_run(scene, engine, preset, n).worst(quantity) for n in steps]
     return float(-np.polyfit(np.log(steps), np.log(errors), 1)[0])
 
 
-def expected(scene: Scene, engine: str, preset: str, steps: int) -> Any:
+def error_bound(scene: Scene, engine: str, preset: str, steps: int) -> Any:
     found = engine_named(engine)
     return found.expected_error(scene, found.presets[preset](scene, steps))
 
@@ -89,9 +89,9 @@ BARS = {"position": 1.5e-9, "velocity": 1e-8, "acceleration": 2e-8}  # at 500 st
 @pytest.mark.parametrize("name", LINKAGES)
 def test_hardened_mujoco_has_order_four_and_keeps_its_limits(name: str, quantity: str) -> None:
     scene = LINKAGES[name]
-    assert measured(scene, "mujoco", "hardened", 500).worst(quantity) <= BARS[quantity]
+    assert compare_run(scene, "mujoco", "hardened", 500).worst(quantity) <= BARS[quantity]
     assert fitted_order(scene, "mujoco", "hardened", HARDENED_PATH, quantity) == pytest.approx(4.0, abs=0.15)
-    errors = [measured(scene, "mujoco", "hardened", n).worst(quantity) for n in HARDENED_PATH]
+    errors = [compare_run(scene, "mujoco", "hardened", n).worst(quantity) for n in HARDENED_PATH]
     assert observed_order(HARDENED_PATH, errors).claimed == pytest.approx(4.0, abs=0.15)
 
 
@@ -119,7 +119,7 @@ def test_harden_works_on_any_compiled_model() -> None:
 @pytest.mark.parametrize("name", LINKAGES)
 def test_stock_mujoco_acceleration_does_not_converge(name: str) -> None:
     path = (500, 1000, 2000, 4000)
-    errors = [measured(LINKAGES[name], "mujoco", "stock", n).worst("acceleration") for n in path]
+    errors = [compare_run(LINKAGES[name], "mujoco", "stock", n).worst("acceleration") for n in path]
     assert observed_order(path, errors).claimed is None
     assert errors[-1] > 0.5 * errors[0]
     assert errors[-1] > 1e-3
@@ -144,7 +144,7 @@ def test_tuned_pymunk_is_of_order_two(name: str, quantity: str) -> None:
 )
 @pytest.mark.parametrize("name", LINKAGES)
 def test_the_drive_keeps_its_speed(name: str, engine: str, preset: str) -> None:
-    found = measured(LINKAGES[name], engine, preset, 500)
+    found = compare_run(LINKAGES[name], engine, preset, 500)
     assert found.drive_speed <= 1e-12
     assert found.phase_max <= 1e-12 * 2.0 * TURN
     assert found.worst("total") <= found.worst("position") + 1e-10
@@ -169,7 +169,7 @@ LAWFUL = {**LINKAGES, **OTHERS}
 @pytest.mark.parametrize("name", LAWFUL)
 def test_error_law_bounds_linkage_runs_closely(name: str, engine: str, preset: str, steps: int, least: float) -> None:
     scene = LAWFUL[name]
-    found, law = measured(scene, engine, preset, steps), expected(scene, engine, preset, steps)
+    found, law = compare_run(scene, engine, preset, steps), error_bound(scene, engine, preset, steps)
     shares = {quantity: found.worst(quantity) / getattr(law, quantity) for quantity in QUANTITIES}
     assert max(shares.values()) <= 1.0, shares
     assert min(shares["position"], shares["velocity"]) >= least, shares
@@ -181,9 +181,9 @@ def test_error_laws_fail_on_a_wrong_model() -> None:
     scene: Any = SAW
     wrong = replace(scene, rod=1.0001 * scene.rod)
     for engine, preset in (("mujoco", "tuned"), ("mujoco", "hardened"), ("pymunk", "tuned")):
-        found = compare(ran(wrong, engine, preset, 2000), scene)
+        found = compare(run_engine(wrong, engine, preset, 2000), scene)
         times = 1e5 if preset == "hardened" else 3.0
-        assert found.worst("position") > times * expected(scene, engine, preset, 2000).position
+        assert found.worst("position") > times * error_bound(scene, engine, preset, 2000).position
 
 
 @pytest.mark.parametrize("start_angle", [0.0, 2.0])
@@ -228,7 +228,7 @@ def test_contact_has_order_two(engine: str) -> None:
 @pytest.mark.parametrize("steps", CONTACT_PATH)
 @pytest.mark.parametrize("engine", ENGINES)
 def test_error_law_bounds_contact_runs(engine: str, steps: int) -> None:
-    found, law = measured(CAM, engine, "tuned", steps), expected(CAM, engine, "tuned", steps)
+    found, law = compare_run(CAM, engine, "tuned", steps), error_bound(CAM, engine, "tuned", steps)
     assert found.worst("position") <= law.position
     assert found.worst("velocity", "rms") <= law.velocity_rms
     # The law is worth something: it allows no more than three times what is there; MuJoCo's eight, of velocities.
@@ -241,14 +241,14 @@ def test_a_follower_near_floating_falls_in_more_steps(factor: float, tight: floa
     """At 4.7 times its speed 0.88 of the fall is used up."""
     cam = catalogue_scene("cam-4-5-6-7")
     faster = cam.with_parameters(speed=factor * cam.speed)
-    found, law = measured(faster, "pymunk", "tuned", 6000), expected(faster, "pymunk", "tuned", 6000)
+    found, law = compare_run(faster, "pymunk", "tuned", 6000), error_bound(faster, "pymunk", "tuned", 6000)
     assert 1.0 < law.velocity_rms / found.worst("velocity", "rms") < tight
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES)
 def test_contact_keeps_its_limit_at_default_steps(engine: str) -> None:
-    assert measured(CAM, engine, "tuned", 62832).worst("position") <= 1e-5
+    assert compare_run(CAM, engine, "tuned", 62832).worst("position") <= 1e-5
 
 
 # -- the MJCF files --------------------------------------------------------------------------------------------------
@@ -303,7 +303,7 @@ def test_a_standalone_model_follows_the_exact_motion(standalone: tuple[Scene, An
     last = scene.speed * (scene.period - model.opt.timestep)
     assert angles[-1] == pytest.approx(last, abs=1e-9)
     exact = scene.motion(angles, scene.speed)
-    law = expected(scene, "mujoco", "tuned", round(scene.period / model.opt.timestep)).position
+    law = error_bound(scene, "mujoco", "tuned", round(scene.period / model.opt.timestep)).position
     for point, values in positions.items():
         off = np.linalg.norm(values - exact.point(point).position, axis=1).max() / scene.lengths[point]
         assert off <= law

@@ -37,12 +37,12 @@ def exudyn() -> Any:
 
 
 @cache
-def ran(scene: Any, settings: ExudynSettings, revolutions: float = 1.0, start_angle: float = 0.0) -> Piece:
+def run_exudyn(scene: Any, settings: ExudynSettings, revolutions: float = 1.0, start_angle: float = 0.0) -> Piece:
     return concatenate_pieces(list(engine_named("exudyn").run(scene, settings, revolutions, start_angle)))
 
 
 def states(scene: Any, settings: ExudynSettings, revolutions: float = 1.0, start_angle: float = 0.0) -> Any:
-    bodies = ran(scene, settings, revolutions, start_angle).trajectory.bodies
+    bodies = run_exudyn(scene, settings, revolutions, start_angle).trajectory.bodies
     assert bodies is not None
     return bodies.position
 
@@ -117,7 +117,7 @@ def test_velocity_constraints_drift_and_position_ones_do_not() -> None:
 def test_a_run_is_the_same_every_time_and_in_any_pieces(preset: str, exudyn: Any) -> None:
     scene = TURNS["saw-500rpm"]
     settings = EXUDYN_PRESETS[preset](scene, 100)
-    whole = ran(scene, settings, 11.0)
+    whole = run_exudyn(scene, settings, 11.0)
     for steps in (1100, 99, 1024):
         parts = concatenate_pieces(list(exudyn.run(scene, settings, 11.0, steps=steps)))
         assert np.array_equal(parts.clock, whole.clock)
@@ -148,7 +148,9 @@ def test_a_rod_too_long_by_a_millionth_is_detected(scene: Any) -> None:
     assert position > 1e-7
     assert velocity > 1e-8
     settings = EXUDYN_PRESETS["stock"](scene, 125)
-    right, off = (compare(ran(machine, settings).trajectory, scene).worst("position") for machine in (scene, wrong))
+    right, off = (
+        compare(run_exudyn(machine, settings).trajectory, scene).worst("position") for machine in (scene, wrong)
+    )
     assert right < 1e-9
     assert off > 1e-7
 

@@ -11,7 +11,7 @@ from typing import Any
 import planted_engine
 import pytest
 from command_line import conrod, conrod_process
-from misbehaving_engines import CASES, FAST, HARMLESS, installed_in
+from misbehaving_engines import CASES, FAST, HARMLESS, install_in
 
 from conrod.engines import engine_named, load_plugin_here, plugin_entry_points
 
@@ -20,10 +20,10 @@ COMMAND = ("validate", "saw-40rpm", "--steps-per-rev", "20", "--revolutions", "1
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return installed_in(tmp_path_factory.mktemp("site"))
+    return install_in(tmp_path_factory.mktemp("site"))
 
 
-def studied(folder: Path, names: Sequence[str]) -> dict[tuple[str, str | None], dict[str, Any]]:
+def study_results(folder: Path, names: Sequence[str]) -> dict[tuple[str, str | None], dict[str, Any]]:
     """Results by engine and preset of one study of MuJoCo and some of them."""
     named = [word for name in ("mujoco", *names) for word in ("--engine", name)]
     with pytest.MonkeyPatch.context() as patch:
@@ -46,15 +46,15 @@ def forget() -> None:
 def answers(folder: Path) -> Callable[[str], dict[tuple[str, str | None], dict[str, Any]]]:
     """The results of the study that has an engine."""
     groups = {True: FAST, False: tuple(name for name in (*CASES, *HARMLESS) if name not in FAST)}
-    known = cache(lambda fast: studied(folder, groups[fast]))
+    known = cache(lambda fast: study_results(folder, groups[fast]))
     return lambda name: known(name in FAST)
 
 
-def marked(names: Iterable[str]) -> list[Any]:
+def engine_params(names: Iterable[str]) -> list[Any]:
     return [name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in names]
 
 
-@pytest.mark.parametrize("name", marked(CASES))
+@pytest.mark.parametrize("name", engine_params(CASES))
 def test_a_misbehaving_engine_ends_only_its_own_run(name: str, answers: Any) -> None:
     found = answers(name)[name, "sharp"]
     assert found["outcome"] in ("crashed", "diverged"), found
@@ -64,7 +64,7 @@ def test_a_misbehaving_engine_ends_only_its_own_run(name: str, answers: Any) -> 
     assert found["passed"] is not True
 
 
-@pytest.mark.parametrize("name", marked(HARMLESS))
+@pytest.mark.parametrize("name", engine_params(HARMLESS))
 def test_a_plugin_cannot_change_the_comparison(name: str, answers: Any) -> None:
     found = answers(name)[name, "sharp"]
     assert found["outcome"] == "completed", found["reason"]
@@ -72,7 +72,7 @@ def test_a_plugin_cannot_change_the_comparison(name: str, answers: Any) -> None:
     assert 1e-3 < planted < 1e-1  # half a radian over steps a radian, cubed
 
 
-@pytest.mark.parametrize("name", marked(("nan", "aborts")))
+@pytest.mark.parametrize("name", engine_params(("nan", "aborts")))
 def test_a_misbehaving_engine_changes_no_other_result(name: str, answers: Any, tmp_path: Path) -> None:
     alone = conrod(*COMMAND, "--engine", "mujoco", "--json", "r.json", cwd=tmp_path, ledger=tmp_path / "l.sqlite")
     assert alone.returncode == 0, alone.stderr
@@ -96,7 +96,7 @@ LOADED = {
 @pytest.mark.parametrize("code", LOADED, ids=lambda code: code.splitlines()[-1])
 def test_an_engine_that_fails_to_load_is_left_out(code: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "wrong.py").write_text(code)
-    monkeypatch.syspath_prepend(str(planted_engine.installed_in(tmp_path, "wrong:ENGINE")))
+    monkeypatch.syspath_prepend(str(planted_engine.install_in(tmp_path, "wrong:ENGINE")))
     forget()
     done = conrod("engines", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -107,7 +107,7 @@ def test_an_engine_that_fails_to_load_is_left_out(code: str, tmp_path: Path, mon
 def test_loading_a_plugin_changes_nothing_in_conrods_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     code = "import numpy as np, os\nnp.sum = None\nos.chdir('/')\nfrom planted_engine import ENGINE\nprint('loaded')\n"
     (tmp_path / "patching.py").write_text(code)
-    folder = planted_engine.installed_in(tmp_path, "patching:ENGINE")
+    folder = planted_engine.install_in(tmp_path, "patching:ENGINE")
     monkeypatch.setenv("PYTHONPATH", f"{folder}:{Path(__file__).parents[1] / 'support'}")
     done = conrod_process(*COMMAND, "--engine", "mujoco", "--engine", "planted", "--json", "r.json", cwd=tmp_path)
     assert done.returncode in (0, 1), done.stderr
@@ -119,7 +119,7 @@ def test_loading_a_plugin_changes_nothing_in_conrods_process(tmp_path: Path, mon
 
 def test_two_plugins_of_one_name_are_both_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for distribution in ("planted-engine", "other-engine"):
-        folder = planted_engine.installed_in(tmp_path / distribution, distribution=distribution)
+        folder = planted_engine.install_in(tmp_path / distribution, distribution=distribution)
         monkeypatch.syspath_prepend(str(folder))
     forget()
     said = "engine 'planted' is brought by other-engine 1.0 and planted-engine 1.0: uninstall all but one of them"

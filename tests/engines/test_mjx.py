@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(not INSTALLED, reason="the extra conrod[mjx] is 
 
 
 @cache
-def ran(name: str, preset: str, steps: int, **fields: Any) -> Trajectory:
+def run_mjx(name: str, preset: str, steps: int, **fields: Any) -> Trajectory:
     """A turn of the fast saw."""
     engine = engine_named(name)
     settings = replace(engine.presets[preset](FAST_SAW, steps), **fields)
@@ -35,7 +35,7 @@ def ran(name: str, preset: str, steps: int, **fields: Any) -> Trajectory:
 
 
 def error(preset: str, steps: int, quantity: str = "position", **fields: Any) -> float:
-    return compare(ran("mjx", preset, steps, **fields), FAST_SAW).worst(quantity)
+    return compare(run_mjx("mjx", preset, steps, **fields), FAST_SAW).worst(quantity)
 
 
 @pytest.mark.slow
@@ -55,8 +55,8 @@ class TestConformance(EngineConformance):
 
 @pytest.mark.slow
 def test_mujocos_defaults_open_a_loop_in_mjx_but_not_in_mujoco() -> None:
-    assert ran("mujoco", "stock", 250).outcome is Outcome.COMPLETED
-    opened = ran("mjx", "stock", 250)
+    assert run_mjx("mujoco", "stock", 250).outcome is Outcome.COMPLETED
+    opened = run_mjx("mjx", "stock", 250)
     assert opened.outcome is Outcome.OPENED
     assert "slider-pin: gap up to 0.08" in opened.reason
 
@@ -68,7 +68,7 @@ def test_short_time_constants_give_order_two_after_one_step() -> None:
     assert error("tuned", 250, "acceleration") == pytest.approx(error("tuned", 500, "acceleration"), rel=0.01)
     # At the same settings MuJoCo has the acceleration of the first step.
     same = {"solref": MJX_PRESETS["tuned"](FAST_SAW, 500).solref, "integrator": "Euler"}
-    assert compare(ran("mujoco", "tuned", 500, **same), FAST_SAW).worst("acceleration") < 0.05
+    assert compare(run_mjx("mujoco", "tuned", 500, **same), FAST_SAW).worst("acceleration") < 0.05
     assert error("tuned", 500, "acceleration") > 0.25
 
 

@@ -55,7 +55,7 @@ EVERY = [(machine, name) for machine in MACHINES for name in ingredients_of(mach
 LINKAGE_EXTRA = [(one, name) for one, name in EVERY if one != "cam" and not ingredients_of(one)[name].minimal]
 
 
-def compiled(scene: Any, settings: MuJoCoSettings) -> bytes:
+def compiled_model(scene: Any, settings: MuJoCoSettings) -> bytes:
     """All numbers and names of the model that is timed."""
     model = MUJOCO.stepper(scene, settings).model
     content = np.empty(mujoco.mj_sizeModel(model), np.uint8)
@@ -65,7 +65,7 @@ def compiled(scene: Any, settings: MuJoCoSettings) -> bytes:
 
 def changes_the_model(machine: str, name: str) -> bool:
     scene = MACHINES[machine]
-    return compiled(scene, with_one(machine, name)) != compiled(scene, minimal_of(machine))
+    return compiled_model(scene, with_one(machine, name)) != compiled_model(scene, minimal_of(machine))
 
 
 @cache
@@ -163,10 +163,10 @@ LOADS = (
 
 @cache
 def exact(loads: int, count: int) -> FreeMotion:
-    return ForwardDynamics(loaded(count, loads)).motion(TIMES[:FIRST] if loads else TIMES, {"rocker0": -1.0})
+    return ForwardDynamics(loaded_mechanism(count, loads)).motion(TIMES[:FIRST] if loads else TIMES, {"rocker0": -1.0})
 
 
-def loaded(count: int, loads: int) -> Mechanism:
+def loaded_mechanism(count: int, loads: int) -> Mechanism:
     return replace(chain(count), loads=LOADS[:loads])
 
 
@@ -208,7 +208,7 @@ def test_driven_closure_settings_lose_the_branch_in_free_motion(monkeypatch: pyt
 
 def test_load_laws_act_at_every_stage_of_rk4() -> None:
     """An error of first order in the step, as a law held over it would have, would be a hundred times the bound."""
-    mechanism, motion = loaded(1, len(LOADS)), exact(len(LOADS), 1)
+    mechanism, motion = loaded_mechanism(1, len(LOADS)), exact(len(LOADS), 1)
     free = exact(0, 1)
     assert np.abs(motion.poses - free.poses[:FIRST]).max() > 0.1
     assert error(swing(mechanism, motion), motion) < 1e-5

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import conrod
-from planted_engine import ENGINE, NAME, PlantedSettings, installed_in
+from planted_engine import ENGINE, NAME, PlantedSettings, install_in
 
 from conrod import PymunkSettings
 from conrod.engines import (
@@ -49,7 +49,7 @@ def forget() -> None:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the engine is installed, and where commands are given."""
-    return installed_in(tmp_path_factory.mktemp("site"))
+    return install_in(tmp_path_factory.mktemp("site"))
 
 
 @pytest.fixture(autouse=True)
@@ -82,7 +82,7 @@ def planted_error(settings: PlantedSettings) -> float:
     )
 
 
-def validated(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str | None, dict[str, Any]]]:
+def validate_saw(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str | None, dict[str, Any]]]:
     """Exit status and results by preset."""
     asked = ("--engine", NAME, "--steps-per-rev", str(STEPS), *arguments)
     done = user("validate", "saw-40rpm", *asked, "--json", "r.json")
@@ -92,7 +92,7 @@ def validated(user: Any, folder: Path, *arguments: str) -> tuple[int, dict[str |
 
 
 def test_planted_error_and_order_are_measured(user: Any, folder: Path) -> None:
-    status, results = validated(user, folder, "--tolerance", "position=1e-2")
+    status, results = validate_saw(user, folder, "--tolerance", "position=1e-2")
     for preset in ("stock", "sharp"):
         found = results[preset]
         settings = ENGINE.presets[preset](SAW, STEPS)
@@ -106,7 +106,7 @@ def test_planted_error_and_order_are_measured(user: Any, folder: Path) -> None:
 
 
 def test_missing_capabilities_are_unsupported_with_a_reason(user: Any, folder: Path) -> None:
-    _, results = validated(user, folder)
+    _, results = validate_saw(user, folder)
     assert (results[None]["outcome"], results[None]["reason"]) == ("unsupported", "planted has no kinematic mode")
     assert results["sharp"]["passed"] is None  # it states no law of its errors to be judged by
     for verb, *options in (("forces", "--quantity", "torque"), ("free", "--seconds", "1")):
@@ -156,7 +156,7 @@ ENGINE = Raises()
 
 def test_an_exception_of_a_plugin_ends_only_its_own_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "raises.py").write_text(RAISES)
-    monkeypatch.syspath_prepend(str(installed_in(tmp_path, "raises:ENGINE")))
+    monkeypatch.syspath_prepend(str(install_in(tmp_path, "raises:ENGINE")))
     done = conrod("validate", "saw-40rpm", "--engine", NAME, cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
     assert (done.returncode, "Traceback" in done.stderr) == (1, False), done.stderr
     assert "crashed: RuntimeError: the solver is lost" in done.stdout
@@ -209,13 +209,13 @@ def columns(text: str) -> dict[str, tuple[str, ...]]:
 def test_an_engine_that_cannot_be_loaded_is_named(
     value: str, name: str, reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.syspath_prepend(str(installed_in(tmp_path, value, name)))
+    monkeypatch.syspath_prepend(str(install_in(tmp_path, value, name)))
     with pytest.raises(InvalidInput, match=f"engine '{name}'.*{reason}"):
         engine_named(name)
 
 
 def test_a_broken_plugin_is_refused_only_when_it_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(installed_in(tmp_path, "no_such_module:ENGINE", "broken")))
+    monkeypatch.syspath_prepend(str(install_in(tmp_path, "no_such_module:ENGINE", "broken")))
     words = ("validate", "saw-40rpm", "--steps-per-rev", "100", "--revolutions", "1")
     named = conrod(*words, "--engine", "broken", cwd=tmp_path, ledger=tmp_path / "ledger.sqlite")
     assert (named.returncode, named.stdout, named.stderr.count("\n")) == (2, "", 1)

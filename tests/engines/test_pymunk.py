@@ -99,7 +99,7 @@ def test_a_four_bar_swings_ten_seconds_within_a_thousandth() -> None:
     assert orders(drifts)[0] == pytest.approx(2.2, abs=0.3)
 
 
-def anchored(*laws: Any) -> Mechanism:
+def anchored_slider_crank(*laws: Any) -> Mechanism:
     """The slider-crank with laws between the rod and the ground."""
     along = Distance(GROUND, "rod", (0.2, 0.3), (0.05, 0.0))
     loads = tuple(Load(f"load {k}", along, law) for k, law in enumerate(laws))
@@ -117,10 +117,12 @@ DRIVEN = replace(
 )
 
 
-SPRUNG = anchored(SPRING)
+SPRUNG = anchored_slider_crank(SPRING)
 
 
-@pytest.mark.parametrize("mechanism", [SPRUNG, anchored(DAMPER), anchored(SPRING, DAMPER), DRIVEN])
+@pytest.mark.parametrize(
+    "mechanism", [SPRUNG, anchored_slider_crank(DAMPER), anchored_slider_crank(SPRING, DAMPER), DRIVEN]
+)
 def test_free_motion_under_loads_has_order_two(mechanism: Mechanism) -> None:
     errors = pose_errors(mechanism)
     assert min(orders(errors)) > 1.8

@@ -107,7 +107,7 @@ def test_first_sample_errors_are_those_of_a_run(machine: Any, start: float) -> N
 # -- rounding of weight ------------------------------------------------------------------------------------------------
 
 
-def loaded(machine: Any, law: LoadLaw, direction: float = 0.0) -> Any:
+def loaded_machine(machine: Any, law: LoadLaw, direction: float = 0.0) -> Any:
     """Machine with weight, and a load on its last body along a direction [rad]."""
     load = Load("push", Displacement(machine.mechanism().bodies[-1].name, (0.0, 0.0), direction), law)
     mechanism = replace(machine.kinematics.mechanism, loads=(load,), gravity=(0.0, -9.81))
@@ -138,7 +138,7 @@ def gain(machine: Any) -> float:
     ids=["weight", "force", "late"],
 )
 def test_weight_rounding_is_three_eps_of_the_acceleration_of_a_step(machine: Any, law: LoadLaw, force: float) -> None:
-    machine, h = loaded(machine, law), 0.01
+    machine, h = loaded_machine(machine, law), 0.01
     mass = machine.kinematics.mechanism.bodies[-1].mass
     rounded = 3.0 * 2.0**-52 * math.hypot(force / mass, 9.81) * h * gain(machine)
     speed = abs(machine.speed)
@@ -276,7 +276,7 @@ def test_the_law_of_a_cam_is_a_steps_fall_corners_and_the_polygon(speed: float) 
 def test_a_loaded_follower_falls_by_its_weight_preload_and_spring() -> None:
     """A released follower is moved by weight, preload and spring, whatever its motion in contact."""
     stiffness, lift = 2000.0, CAM.kinematics.travel
-    machine = loaded(CAM.with_parameters(speed=60.0), Elastic(stiffness), 0.5 * math.pi)
+    machine = loaded_machine(CAM.with_parameters(speed=60.0), Elastic(stiffness), 0.5 * math.pi)
     settings, angles = PymunkSettings.tuned(CAM, 2000), np.linspace(0.0, 2.0 * math.pi, 7200, endpoint=False)
     mechanism = machine.kinematics.mechanism
     body = mechanism.cam_contacts[0].b

@@ -8,7 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kinematic_mode import kinematic_errors
-from rolling_machines import PIN, SPEED, TOOTH, WHEEL, driven, gear_pair, poses_of, swinging_four_bar, wheel_on_a_track
+from rolling_machines import (
+    PIN,
+    SPEED,
+    TOOTH,
+    WHEEL,
+    at_test_speed,
+    gear_pair,
+    poses_of,
+    swinging_four_bar,
+    wheel_on_a_track,
+)
 
 from conrod.comparison.compare import compare
 from conrod.comparison.outcome import joint_gaps
@@ -31,7 +41,7 @@ KINEMATIC = 1e-10
 
 @pytest.mark.parametrize(("mechanism", "engine"), [(RING, "mujoco"), (RING, "pymunk"), (TRACK, "mujoco")])
 def test_error_laws_bound_rolling_machines_in_both_modes(mechanism: Mechanism, engine: str) -> None:
-    machine, of = driven(mechanism), engine_named(engine)
+    machine, of = at_test_speed(mechanism), engine_named(engine)
     assert max(kinematic_errors(engine, machine, machine.kinematics.angles(24))) < KINEMATIC
     settings = of.presets["tuned"](machine, 500)
     found, allowed = compare(_run(machine, engine, "tuned", 500), machine), of.expected_error(machine, settings)
@@ -47,7 +57,7 @@ def _run(machine: GenericReference, engine: str, preset: str, steps: int, turns:
 
 
 def test_a_run_beyond_the_span_is_refused_with_the_right_pass() -> None:
-    machine = driven(swinging_four_bar((-0.4, 0.3)))
+    machine = at_test_speed(swinging_four_bar((-0.4, 0.3)))
     settings = engine_named("mujoco").presets["tuned"](machine, 300)
     start, revolutions = run_extent(machine, 300, 2.0)
     assert run(machine, settings, revolutions, start).outcome is Outcome.COMPLETED
@@ -57,7 +67,10 @@ def test_a_run_beyond_the_span_is_refused_with_the_right_pass() -> None:
 
 
 def test_a_pass_takes_whole_steps_from_one_end_of_the_span() -> None:
-    forth, back = driven(swinging_four_bar((-0.4, 0.3))), GenericReference(swinging_four_bar((-0.4, 0.3)), -SPEED)
+    forth, back = (
+        at_test_speed(swinging_four_bar((-0.4, 0.3))),
+        GenericReference(swinging_four_bar((-0.4, 0.3)), -SPEED),
+    )
     for machine, start, stop in ((forth, -0.4, 0.3), (back, 0.3, -0.4)):
         run = _run(machine, "mujoco", "tuned", 300)
         step = 2.0 * math.pi / 300
@@ -97,7 +110,7 @@ def test_tendon_of_a_rolling_pair_is_exact_at_any_pose(name: str) -> None:
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 @pytest.mark.parametrize("other", [gear_pair(TOOTH + 0.0001, WHEEL - 0.0001), gear_pair(-TOOTH - 0.18, TOOTH)])
 def test_wrong_gear_ratio_or_sense_is_detected_in_both_modes(engine: str, other: Mechanism) -> None:
-    right, wrong = driven(gear_pair()), driven(other)
+    right, wrong = at_test_speed(gear_pair()), at_test_speed(other)
     solved = engine_named(engine).solve_kinematics(wrong, np.array([1.0]))
     exact = right.motion(np.array([1.0]), SPEED).point("mark").position - poses_of(right, "wheel", np.zeros(1))[:, :2]
     place = solved.points["mark"][0] - poses_of(wrong, "wheel", np.zeros(1))[:, :2]

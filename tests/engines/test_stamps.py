@@ -161,7 +161,7 @@ def exact_states(scene: Any, times: Array) -> tuple[Array, Array, Array]:
     return angles, poses, slopes * rates[:, None]
 
 
-def centred(scene: Any, poses: Array, rates: Array) -> tuple[Array, Array]:
+def centre_states(scene: Any, poses: Array, rates: Array) -> tuple[Array, Array]:
     """The same of the centres of gravity."""
     centres, speeds = poses.copy(), rates.copy()
     for i, body in enumerate(scene.kinematics.mechanism.bodies):
@@ -181,7 +181,10 @@ def test_pymunk_samples_are_stamped_at_their_instants(scene: Any) -> None:
     ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
     poses, rates = exact_states(scene, times)[1], exact_states(scene, times + ahead)[2]
     # The turn half a step on is had from the rate there.
-    centres, speeds = centred(scene, poses, rates)[0], centred(scene, exact_states(scene, times + ahead)[1], rates)[1]
+    centres, speeds = (
+        centre_states(scene, poses, rates)[0],
+        centre_states(scene, exact_states(scene, times + ahead)[1], rates)[1],
+    )
     at = sample_instants(mechanism, h, times, centres, speeds)
     expected = {
         "position": times,
@@ -229,7 +232,7 @@ def test_a_pymunk_run_states_its_settings_and_starts_at_zero() -> None:
 def test_body_frames_follow_from_centres_of_gravity() -> None:
     for scene in (SAW, PRESS, CAM, LEG):
         _, poses, rates = exact_states(scene, scene.period * np.linspace(0.0, 1.0, 7))
-        back = frames_from_centres(scene.kinematics.mechanism, *centred(scene, poses, rates))
+        back = frames_from_centres(scene.kinematics.mechanism, *centre_states(scene, poses, rates))
         for found, expected in zip(back, (poses, rates), strict=True):
             np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
 

@@ -54,24 +54,24 @@ IN_PYMUNK: dict[str, tuple[Any, Any]] = {
 RUNS |= IN_PYMUNK
 
 
-def asked(name: str) -> tuple[Any, Any, Any, float]:
+def run_request(name: str) -> tuple[Any, Any, Any, float]:
     """Engine, scene, settings and revolutions; MuJoCo's cams take many steps, of which a part of a turn has enough."""
     turns = 2.5 if name in IN_PYMUNK else 0.06 if name.startswith("cam") else 1.2
     return (PYMUNK if name in IN_PYMUNK else MUJOCO, *RUNS[name], turns)
 
 
 @cache
-def whole(name: str) -> Trajectory:
-    return run_in_one_piece(*asked(name), START)
+def whole_run(name: str) -> Trajectory:
+    return run_in_one_piece(*run_request(name), START)
 
 
 @cache
 def in_pieces(name: str, steps: int) -> tuple[Piece, ...]:
-    engine, scene, settings, turns = asked(name)
+    engine, scene, settings, turns = run_request(name)
     return tuple(engine.run(scene, settings, turns, START, steps))
 
 
-def recorded(trajectory: Trajectory) -> dict[str, Array]:
+def recorded_arrays(trajectory: Trajectory) -> dict[str, Array]:
     """Every number of a trajectory, by name."""
     found = {**dict(arrays("bodies", trajectory.bodies)), **dict(arrays("points", dict(trajectory.points)))}
     assert {"bodies.position.poses", "bodies.acceleration.instants.times"} <= found.keys()
@@ -92,13 +92,13 @@ def bits(values: Array) -> bytes:
     return np.where(np.isnan(values), np.nan, values).tobytes()
 
 
-def joined(name: str, steps: int) -> dict[str, Array]:
+def joined_arrays(name: str, steps: int) -> dict[str, Array]:
     """The same of a run in pieces."""
-    parts = [recorded(piece.trajectory) for piece in in_pieces(name, steps)]
+    parts = [recorded_arrays(piece.trajectory) for piece in in_pieces(name, steps)]
     return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
 
-def differing(one: dict[str, Array], other: dict[str, Array]) -> list[str]:
+def differing_names(one: dict[str, Array], other: dict[str, Array]) -> list[str]:
     return [key for key in other if one[key].shape != other[key].shape or bits(one[key]) != bits(other[key])]
 
 
@@ -108,14 +108,14 @@ def differing(one: dict[str, Array], other: dict[str, Array]) -> list[str]:
 @pytest.mark.parametrize("steps", [1, 7, 64])
 @pytest.mark.parametrize("name", RUNS)
 def test_joined_pieces_are_the_whole_run_bit_for_bit(name: str, steps: int) -> None:
-    assert differing(joined(name, steps), recorded(whole(name))) == []
+    assert differing_names(joined_arrays(name, steps), recorded_arrays(whole_run(name))) == []
 
 
 def test_a_changed_last_bit_is_detected() -> None:
-    together = joined("pymunk: saw, stock", 7)
+    together = joined_arrays("pymunk: saw, stock", 7)
     values = together["bodies.position.poses"]
     values[40, 2] = np.nextafter(values[40, 2], 10.0)
-    assert differing(together, recorded(whole("pymunk: saw, stock"))) == ["bodies.position.poses"]
+    assert differing_names(together, recorded_arrays(whole_run("pymunk: saw, stock"))) == ["bodies.position.poses"]
 
 
 def test_pieces_differ_without_the_solvers_warm_start(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -124,29 +124,29 @@ def test_pieces_differ_without_the_solvers_warm_start(monkeypatch: pytest.Monkey
     def forgetful(*arguments: Any, initial_warmstart: Array, **named: Any) -> Any:
         return right(*arguments, initial_warmstart=0.0 * initial_warmstart, **named)
 
-    expected = recorded(whole("press, two iterations"))
+    expected = recorded_arrays(whole_run("press, two iterations"))
     monkeypatch.setattr(compat.rollout, "rollout", forgetful)
     in_pieces.cache_clear()
-    assert "bodies.position.poses" in differing(joined("press, two iterations", 7), expected)
+    assert "bodies.position.poses" in differing_names(joined_arrays("press, two iterations", 7), expected)
     in_pieces.cache_clear()
 
 
 @pytest.mark.parametrize("name", ["saw reversed", "saw, stock", "cam"])
 def test_pymunks_public_stepping_gives_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert stepping.memory_is_known()
-    expected = recorded(whole(f"pymunk: {name}"))
+    expected = recorded_arrays(whole_run(f"pymunk: {name}"))
     for offset in (stepping.STATE_OFFSET - 16, stepping.STATE_OFFSET + 8):
         monkeypatch.setattr(stepping, "STATE_OFFSET", offset)
         assert not stepping.memory_is_known()
-    assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
+    assert differing_names(recorded_arrays(run_in_one_piece(*run_request(f"pymunk: {name}"), START)), expected) == []
 
 
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
 def test_blocks_within_a_pymunk_piece_change_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = recorded(whole(f"pymunk: {name}"))
+    expected = recorded_arrays(whole_run(f"pymunk: {name}"))
     monkeypatch.setattr(stepping, "BLOCK_STEPS", 7)
     monkeypatch.setattr(dynamics, "CHUNK_SAMPLES", 11)
-    assert differing(recorded(run_in_one_piece(*asked(f"pymunk: {name}"), START)), expected) == []
+    assert differing_names(recorded_arrays(run_in_one_piece(*run_request(f"pymunk: {name}"), START)), expected) == []
 
 
 # -- time ------------------------------------------------------------------------------------------------------------
@@ -155,13 +155,13 @@ def test_blocks_within_a_pymunk_piece_change_no_bit(name: str, monkeypatch: pyte
 @pytest.mark.parametrize("steps", [1, 7, 10_000])
 @pytest.mark.parametrize("name", ["press, tuned", "pymunk: saw, stock"])
 def test_times_are_step_counts_and_the_clock_is_a_sum(name: str, steps: int) -> None:
-    _, scene, settings, turns = asked(name)
+    _, scene, settings, turns = run_request(name)
     count, begun = round(STEPS * turns) + 1, START / scene.speed
     summed = [begun if name in IN_PYMUNK else 0.0]  # MuJoCo's clock begins with its run
     for _ in range(count - 1):
         summed.append(summed[-1] + settings.timestep)
     counted = begun + settings.timestep * np.arange(count)
-    np.testing.assert_array_equal(joined(name, steps)["bodies.position.instants.times"], counted)
+    np.testing.assert_array_equal(joined_arrays(name, steps)["bodies.position.instants.times"], counted)
     assert np.concatenate([piece.clock for piece in in_pieces(name, steps)]).tolist() == summed
     assert np.any(counted - counted[0] != np.array(summed) - summed[0]), "steps whose sum is exact would prove nothing"
 
@@ -182,7 +182,7 @@ def peak_memory(work: Callable[[], object]) -> int:
 
 @pytest.mark.parametrize("name", ["press, tuned", "pymunk: saw, stock"])
 def test_memory_depends_on_the_piece_and_not_on_the_run(name: str) -> None:
-    engine, scene, settings, _ = asked(name)
+    engine, scene, settings, _ = run_request(name)
 
     def streamed(revolutions: float, steps: int) -> int:
         return peak_memory(lambda: sum(len(p.clock) for p in engine.run(scene, settings, revolutions, 0.0, steps)))
@@ -195,7 +195,7 @@ def test_memory_depends_on_the_piece_and_not_on_the_run(name: str) -> None:
 # -- what MuJoCo did -------------------------------------------------------------------------------------------------
 
 
-def stepped_until_warned(name: str) -> tuple[int, dict[str, int]]:
+def first_warning(name: str) -> tuple[int, dict[str, int]]:
     """Steps up to the first warning, and the engine's counters then, by MuJoCo's plain step."""
     scene, settings = RUNS[name]
     made = build(scene, settings)
@@ -212,7 +212,7 @@ def stepped_until_warned(name: str) -> tuple[int, dict[str, int]]:
 @pytest.mark.parametrize("steps", [1, 7, 10_000])
 @pytest.mark.parametrize("name", WARNED)
 def test_warnings_are_counted_from_their_own_piece_on(name: str, steps: int) -> None:
-    when, warned = stepped_until_warned(name)
+    when, warned = first_warning(name)
     assert warned
     assert 1 < when < 60
     for piece in in_pieces(name, steps):
@@ -222,7 +222,7 @@ def test_warnings_are_counted_from_their_own_piece_on(name: str, steps: int) -> 
 
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 32])
 def test_a_reset_is_detected_wherever_a_run_is_cut(steps: int) -> None:
-    run = whole("saw, reset")
+    run = whole_run("saw, reset")
     assert run.outcome is Outcome.RESET
     when = int(run.reason.split()[-1])
     for piece in in_pieces("saw, reset", steps):
@@ -253,7 +253,7 @@ def test_a_clock_off_by_many_steps_is_no_reset_and_no_stop() -> None:
 
 @pytest.mark.parametrize("name", ["saw, stock", "cam"])
 def test_a_state_that_is_not_finite_is_an_outcome(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    engine, scene, settings, turns = asked(f"pymunk: {name}")
+    engine, scene, settings, turns = run_request(f"pymunk: {name}")
     advance = stepping.advance
 
     def broken(*args: Any) -> tuple[Array, Array]:

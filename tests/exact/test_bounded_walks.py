@@ -9,7 +9,7 @@ from typing import Any
 import mutants
 import numpy as np
 import pytest
-from described import CATALOGUE, SHIPPED, SLIDER_CRANK, changed, tables
+from described import CATALOGUE, SHIPPED, SLIDER_CRANK, tables, with_entry
 
 from conrod.errors import InvalidInput
 from conrod.exact import assembly_branch, equations
@@ -47,8 +47,10 @@ def at_scale(path: Path, factor: float) -> dict[str, Any]:
     """A file with all its lengths times a factor, and the inertias that go with them."""
     whole = tables(path)
     for way in mutants.places(whole):
-        found = mutants.quantity(mutants.at(whole, way)) if "points" in way or "centre_of_gravity" in way else None
-        if way[-1] == "inertia" and (inertia := mutants.quantity(mutants.at(whole, way))):
+        found = (
+            mutants.quantity(mutants.value_at(whole, way)) if "points" in way or "centre_of_gravity" in way else None
+        )
+        if way[-1] == "inertia" and (inertia := mutants.quantity(mutants.value_at(whole, way))):
             whole = mutants.put(whole, way, f"{inertia[0] * factor**2!r} {inertia[1] or 'kg*m^2'}")
         if found:
             whole = mutants.put(whole, way, f"{found[0] * factor!r} {found[1] or 'm'}")
@@ -57,7 +59,7 @@ def at_scale(path: Path, factor: float) -> dict[str, Any]:
 
 @pytest.mark.parametrize("start", ["0.001 mm", "1000 km"])
 def test_distant_start_pose_needs_few_solutions(start: str, solutions: Solutions) -> None:
-    whole = changed(CAM, "start.follower.origin", [0, start])
+    whole = with_entry(CAM, "start.follower.origin", [0, start])
     assert scene_from_tables(whole).lengths["roller"] == pytest.approx(0.033, rel=1e-9)
     assert solutions.count < 200
 
@@ -96,4 +98,4 @@ def test_step_count_explodes_when_size_is_start_pose_alone(
     monkeypatch.setattr(equations, "_extent", lambda _: 0.0)
     monkeypatch.setattr(assembly_branch, "MAX_STEPS_PER_REVOLUTION", 10**9)
     with pytest.raises(TooMany):
-        scene_from_tables(changed(CAM, "start.follower.origin", [0, "0.001 mm"]) | {"name": "other"})
+        scene_from_tables(with_entry(CAM, "start.follower.origin", [0, "0.001 mm"]) | {"name": "other"})

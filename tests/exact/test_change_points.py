@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from described import CATALOGUE, changed, tables
+from described import CATALOGUE, tables, with_entry
 
 from conrod.comparison.outcome import judge_outcome
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
@@ -84,7 +84,7 @@ def test_crank_is_blocked_without_change_point_steps(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(smooth_course, "find_change_point", lambda *_: None)
     # Another name, so that no solved machine is at hand.
     with pytest.raises(InvalidInput, match="cannot turn fully"):
-        scene_from_tables(changed(PARALLELOGRAM, "name", "not-stepped-over"))
+        scene_from_tables(with_entry(PARALLELOGRAM, "name", "not-stepped-over"))
 
 
 def test_loops_may_share_one_change_point() -> None:
@@ -118,7 +118,7 @@ def test_antiparallelogram_stays_on_its_branch() -> None:
 @pytest.mark.parametrize("before", [1e-4, 0.5])
 def test_start_just_before_change_point_is_accepted(before: float) -> None:
     start = math.pi - math.radians(before)
-    scene = scene_from_tables(changed(PARALLELOGRAM, "driver.start", start))
+    scene = scene_from_tables(with_entry(PARALLELOGRAM, "driver.start", start))
     assert scene.kinematics.change_angles[0] == pytest.approx(math.radians(before), abs=1e-11)
     assert errors(scene, "B", GROUND, np.linspace(0.0, 7.0, 200), start)[0] < 1e-12
 
@@ -126,19 +126,19 @@ def test_start_just_before_change_point_is_accepted(before: float) -> None:
 @pytest.mark.parametrize("start", [0.0, math.pi])
 def test_start_at_change_point_is_refused_with_hint(start: float) -> None:
     with pytest.raises(InvalidInput, match="a dead centre or a change point"):
-        scene_from_tables(changed(PARALLELOGRAM, "driver.start", start))
+        scene_from_tables(with_entry(PARALLELOGRAM, "driver.start", start))
 
 
 @pytest.mark.parametrize("stop", [119.9, 120.0, 120.1])
 def test_pass_may_end_at_change_point(stop: float) -> None:
-    whole = changed(PARALLELOGRAM, "driver.from", 0.0)
+    whole = with_entry(PARALLELOGRAM, "driver.from", 0.0)
     whole["driver"]["to"] = math.radians(stop)
     scene = scene_from_tables(whole)
     assert max(errors(scene, "B", GROUND, np.linspace(0.0, math.radians(stop), 50))[:2]) < 1e-12
 
 
 def test_near_parallelogram_has_no_change_point() -> None:
-    scene = scene_from_tables(changed(PARALLELOGRAM, "bodies.follower.points.B", [CRANK + 1e-8, 0]))
+    scene = scene_from_tables(with_entry(PARALLELOGRAM, "bodies.follower.points.B", [CRANK + 1e-8, 0]))
     assert not scene.kinematics.change_angles.size
     follower = scene.kinematics.poses(np.linspace(0.0, 2.0 * math.pi, 100))[:, -1]
     assert np.ptp(follower) < math.pi  # it rocks; that of a parallelogram goes round
@@ -146,7 +146,7 @@ def test_near_parallelogram_has_no_change_point() -> None:
 
 def test_dead_centre_is_no_change_point() -> None:
     """The double rocker's input ends where coupler and follower lie in line, b + c = 100 mm apart: at acos(0.4)."""
-    whole = changed(DOUBLE_ROCKER, "driver.from", None)
+    whole = with_entry(DOUBLE_ROCKER, "driver.from", None)
     del whole["driver"]["to"]
     with pytest.raises(InvalidInput, match=r"reaches -22.67 to 21.42 deg"):
         scene_from_tables(whole)

@@ -23,7 +23,7 @@ def matrix_with(loops: int, seed: int) -> list[dict[int, Entry]]:
     return [{int(columns[j]): value for j, value in rows[i].items()} for i in order]
 
 
-def dense(rows: list[dict[int, Entry]]) -> np.ndarray:
+def dense_matrix(rows: list[dict[int, Entry]]) -> np.ndarray:
     matrix = np.zeros((SAMPLES, len(rows), len(rows)))
     for i, row in enumerate(rows):
         for j, value in row.items():
@@ -37,7 +37,7 @@ def test_elimination_agrees_with_lapack(loops: int, seed: int) -> None:
     rows = matrix_with(loops, seed)
     right = np.random.default_rng(seed + 100).normal(size=(len(rows), SAMPLES))
     right[0] = 0.0
-    matrix, factors = dense(rows), Elimination(rows, SAMPLES)
+    matrix, factors = dense_matrix(rows), Elimination(rows, SAMPLES)
     plain, transposed = (
         np.linalg.solve(some, right.T[:, :, None])[:, :, 0] for some in (matrix, np.swapaxes(matrix, 1, 2))
     )

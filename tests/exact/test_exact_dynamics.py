@@ -165,7 +165,7 @@ def slider_crank(start: float = 0.3) -> Mechanism:
     return replace(machine, bodies=bodies, gravity=GRAVITY)
 
 
-def moved(mechanism: Mechanism, times: Array, crank_rate: float) -> FreeMotion:
+def run_free_motion(mechanism: Mechanism, times: Array, crank_rate: float) -> FreeMotion:
     """The free motion from a rate of the crank angle [rad/s]."""
     return ForwardDynamics(mechanism).motion(times, {mechanism.crank: mechanism.driver.sense * crank_rate})
 
@@ -173,7 +173,7 @@ def moved(mechanism: Mechanism, times: Array, crank_rate: float) -> FreeMotion:
 def test_pendulum_motion_matches_elliptic_functions() -> None:
     mechanism, square = pendulum(released=2.0)
     times = np.linspace(0.0, 2.0, 41)
-    motion = moved(mechanism, times, 0.0)
+    motion = run_free_motion(mechanism, times, 0.0)
     modulus = math.sin(1.0)
     sine = ellipj(ellipk(modulus**2) - math.sqrt(square) * times, modulus**2)[0]
     exact = 2.0 * np.arcsin(modulus * sine)
@@ -183,7 +183,7 @@ def test_pendulum_motion_matches_elliptic_functions() -> None:
     # A hundredth more of mass at the end alone is seen.
     crank = mechanism.bodies[0]
     wrong = replace(mechanism, bodies=(replace(crank, inertia=1.01 * crank.inertia), *mechanism.bodies[1:]))
-    assert np.abs(moved(wrong, times, 0.0).poses[:, 2] + math.pi / 2.0 - exact).max() > 1e-3
+    assert np.abs(run_free_motion(wrong, times, 0.0).poses[:, 2] + math.pi / 2.0 - exact).max() > 1e-3
 
 
 @pytest.mark.parametrize(
@@ -192,7 +192,7 @@ def test_pendulum_motion_matches_elliptic_functions() -> None:
 )
 def test_parallelogram_chain_passes_change_points_smoothly(count: int, rate: float) -> None:
     """All rockers turn alike and the bars do not turn: one pendulum, whose energy is known in closed form."""
-    motion = moved(chain(count), np.linspace(0.0, 1.0, 51), rate)
+    motion = run_free_motion(chain(count), np.linspace(0.0, 1.0, 51), rate)
     turns, rates = motion.poses[:, 2::3], motion.rates[:, 2::3]
     assert np.abs(turns[:, : count + 1] - turns[:, :1]).max() < 1e-10
     assert np.abs(turns[:, count + 1 :]).max() < 1e-10
@@ -230,7 +230,7 @@ def test_near_parallelogram_stays_on_its_branch(off: float) -> None:
     assert turn == pytest.approx(math.pi, abs=1e-6)
 
 
-def sprung(mechanism: Mechanism) -> Mechanism:
+def with_springs(mechanism: Mechanism) -> Mechanism:
     loads = (
         Load("spring", Distance("crank", "slider", (0.05, 0.0), (0.0, 0.1)), Elastic(200.0, 0.2)),
         Load("damper", Turn("crank", "rod"), Viscous(0.01)),
@@ -242,7 +242,7 @@ def sprung(mechanism: Mechanism) -> Mechanism:
 
 @pytest.mark.parametrize("rate", [12.0, pytest.param(-12.0, marks=pytest.mark.slow)])
 def test_energy_balance_holds_to_1e_11_under_all_loads(rate: float) -> None:
-    motion = moved(sprung(slider_crank()), np.linspace(0.0, 0.8, 33), rate)
+    motion = run_free_motion(with_springs(slider_crank()), np.linspace(0.0, 0.8, 33), rate)
     assert motion.drift < 1e-11
     assert abs(motion.work[-1]) > 0.01 * motion.scale
 
@@ -251,7 +251,7 @@ def test_torsion_spring_winds_up_beyond_one_turn() -> None:
     wheel, _ = pendulum(0.0)
     spring = Load("spring", Turn(GROUND, "bob"), Elastic(2.0, -math.pi / 2.0))
     times, rate, inertia = np.linspace(0.0, 1.4, 29), 30.0, 0.03 + 2.0 * 0.4**2
-    motion = moved(replace(wheel, gravity=(0.0, 0.0), loads=(spring,)), times, rate)
+    motion = run_free_motion(replace(wheel, gravity=(0.0, 0.0), loads=(spring,)), times, rate)
     frequency = math.sqrt(2.0 / inertia)
     exact = rate / frequency * np.sin(frequency * times)
     assert exact.max() > 3.0 * math.pi
@@ -261,9 +261,9 @@ def test_torsion_spring_winds_up_beyond_one_turn() -> None:
 
 def test_inverse_torque_reproduces_prescribed_motion() -> None:
     """Accelerations of a free motion, given to the inverse problem, take no torque; those of another one do."""
-    mechanism = sprung(slider_crank())
+    mechanism = with_springs(slider_crank())
     times = np.linspace(0.0, 0.5, 26)
-    motion = moved(mechanism, times, 12.0)
+    motion = run_free_motion(mechanism, times, 12.0)
     kinematics = Kinematics(mechanism)
     state = CrankStates(
         motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times
@@ -286,9 +286,9 @@ def test_free_motion_refuses_rest_in_loaded_dead_centre() -> None:
     assert "at rest in a dead centre" in refusal(at_rest, {})
     # In motion, or beside the dead centre, it goes.
     times = np.linspace(0.0, 0.1, 3)
-    assert abs(moved(at_rest, times, 1.0).rates[-1, 2]) > 0.0
+    assert abs(run_free_motion(at_rest, times, 1.0).rates[-1, 2]) > 0.0
     beside = replace(slider_crank(start=0.1), gravity=(0.0, 0.0), loads=(push,))
-    assert abs(moved(beside, times, 0.0).rates[-1, 2]) > 0.0
+    assert abs(run_free_motion(beside, times, 0.0).rates[-1, 2]) > 0.0
 
 
 @pytest.mark.parametrize("released", [0.0, math.pi])
@@ -296,7 +296,7 @@ def test_free_motion_refuses_rest_in_exact_balance(released: float) -> None:
     hanging, _ = pendulum(released)
     assert "its weight and loads are in balance" in refusal(hanging, {})
     beside, _ = pendulum(released + 1e-6)
-    assert abs(moved(beside, np.linspace(0.0, 0.1, 3), 0.0).rates[-1, 2]) > 0.0
+    assert abs(run_free_motion(beside, np.linspace(0.0, 0.1, 3), 0.0).rates[-1, 2]) > 0.0
 
 
 NOTHING = tuple(b if b.name == "slider" else Body(b.name, 1e-9, 1e-15) for b in slider_crank().bodies)
@@ -323,7 +323,7 @@ def test_free_motion_accepts_consistent_rates_of_two_bodies() -> None:
     assert forward.start_rate({"crank": 5.0, "rod": rod}) == pytest.approx(forward.start_rate({"rod": rod}))
 
 
-def changed(body: Body, quality: str, change: float) -> Body:
+def changed_body(body: Body, quality: str, change: float) -> Body:
     """A body with one property off."""
     if not quality.startswith("centre"):
         return replace(body, **{quality: getattr(body, quality) + change})
@@ -338,7 +338,9 @@ def test_sensitivities_match_difference_quotients_of_forces(name: str) -> None:
     for some in sensitivities(kinematics, state):
         moved = []
         for change in (some.change, -some.change):
-            bodies = tuple(changed(b, some.quality, change) if b.name == some.body else b for b in mechanism.bodies)
+            bodies = tuple(
+                changed_body(b, some.quality, change) if b.name == some.body else b for b in mechanism.bodies
+            )
             moved.append(joint_forces(Kinematics(replace(mechanism, bodies=bodies)), state).drive_torque)
         quotient = (moved[0] - moved[1]) / (2.0 * some.change)
         assert np.abs(quotient - some.derivatives[TORQUE]).max() <= 1e-8 * (np.abs(moved[0]).max() / some.change)
@@ -375,7 +377,7 @@ def test_gear_curve_closes_only_after_whole_turns_of_both(ratio: float, closes: 
 
 @pytest.mark.parametrize("rate", [20.0, pytest.param(-20.0, marks=pytest.mark.slow)])
 def test_energy_holds_for_gears_without_common_period(rate: float) -> None:
-    motion = moved(wheels(math.sqrt(0.5)), np.linspace(0.0, 0.6, 13), rate)
+    motion = run_free_motion(wheels(math.sqrt(0.5)), np.linspace(0.0, 0.6, 13), rate)
     assert motion.drift < 1e-11
     assert motion.poses[:, 5] == pytest.approx(-math.sqrt(0.5) * motion.poses[:, 2], abs=1e-11)
 
@@ -383,7 +385,7 @@ def test_energy_holds_for_gears_without_common_period(rate: float) -> None:
 def test_free_motion_resolves_gentle_rise_after_dwell() -> None:
     """Steps that had grown in the dwell passed over it, and left 1.4e-11 of the energy."""
     kinematics, speed = kinematics_of("cam-3-4-5")
-    assert moved(kinematics.mechanism, np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
+    assert run_free_motion(kinematics.mechanism, np.linspace(0.0, 10.0, 11), speed).drift < 1e-12
 
 
 def blas_threads() -> set[int]:

@@ -116,7 +116,7 @@ def largest() -> DescribedScene:
     return scene_from_tables(large_mechanism(24))
 
 
-def faulty(scene: DescribedScene) -> DescribedScene:
+def with_wrong_length(scene: DescribedScene) -> DescribedScene:
     """With one length of a deep loop a thousandth off."""
     return scene.with_parameters(**{DEEP: scene.parameters[DEEP] + 3e-4})
 
@@ -134,7 +134,7 @@ def test_exact_motion_closes_every_joint_up_to_jerk(largest: DescribedScene) -> 
 
 def test_wrong_length_in_deep_loop_is_detected(largest: DescribedScene) -> None:
     angles = largest.kinematics.angles(90)
-    exact, other = (scene.motion(angles, scene.speed).points for scene in (largest, faulty(largest)))
+    exact, other = (scene.motion(angles, scene.speed).points for scene in (largest, with_wrong_length(largest)))
     off = {name: np.abs(exact[name].position - other[name].position).max() for name in exact}
     assert off["P"] > 1e-5
     assert off["A"] < 1e-12  # the first loop knows nothing of it
@@ -157,7 +157,7 @@ def test_engines_place_chain_and_detect_wrong_length(largest: DescribedScene) ->
     angles = largest.kinematics.angles(5)
     exact = largest.motion(angles, largest.speed).point("P").position
     for name in ("mujoco", "pymunk"):
-        for scene, wrong in ((largest, False), (faulty(largest), True)):
+        for scene, wrong in ((largest, False), (with_wrong_length(largest), True)):
             solved = engine_named(name).solve_kinematics(scene, angles).points["P"][0]
             off = np.abs(solved - exact).max() / largest.lengths["P"]
             assert off > 1e-5 if wrong else off < 1e-12, (name, off)
@@ -169,4 +169,4 @@ def test_hardened_mujoco_runs_large_mechanism_accurately(largest: DescribedScene
     trajectory = run_in_one_piece(engine, largest, engine.presets["hardened"](largest, 500), 0.25)
     assert trajectory.outcome is Outcome.COMPLETED
     assert compare(trajectory, largest).worst("position") < 1e-8
-    assert compare(trajectory, faulty(largest)).worst("position") > 1e-5
+    assert compare(trajectory, with_wrong_length(largest)).worst("position") > 1e-5

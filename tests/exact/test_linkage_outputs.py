@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from described import CATALOGUE, changed
-from linkages import assembled, four_bar, slider_crank
+from described import CATALOGUE, with_entry
+from linkages import assemble_mechanism, four_bar, slider_crank
 
 from conrod import compare, run
 from conrod.engines import engine_named
@@ -133,7 +133,7 @@ def test_whitworth_slotted_link_turns_without_dead_centre() -> None:
     # Its ram has the quick return: (pi + 2 a) / (pi - 2 a), sin a = offset / crank.
     lean = 2.0 * math.asin(0.05 / 0.1)
     assert ram.time_ratio == pytest.approx((math.pi + lean) / (math.pi - lean), rel=1e-11)
-    other = scene_from_tables(changed(CATALOGUE / "whitworth.toml", "ground.points.O4", [0, -0.06])).kinematics
+    other = scene_from_tables(with_entry(CATALOGUE / "whitworth.toml", "ground.points.O4", [0, -0.06])).kinematics
     assert abs((output_links(sample_motion(other))[1].time_ratio or 0.0) - (ram.time_ratio or 0.0)) > 0.05
 
 
@@ -175,7 +175,7 @@ def test_block_pushes_slotted_link_across_its_slot() -> None:
     assert found.through == "block"
     assert (found.least.value, found.greatest.value) == pytest.approx((0.5 * math.pi, 0.5 * math.pi), abs=1e-12)
     # Beside the pivot, by e, it is off by asin(e / reach), at most where the block comes nearest.
-    given = changed(CATALOGUE / "inverted-slider-crank.toml", "bodies.link.points.S", [0, 0.03])
+    given = with_entry(CATALOGUE / "inverted-slider-crank.toml", "bodies.link.points.S", [0, 0.03])
     given["bodies"]["link"]["ends"] = ["O", "T"]
     given["joints"]["slide"]["guide"] = "link.S"
     beside = only_angle(scene_from_tables(given).mechanism())
@@ -205,7 +205,7 @@ def test_worst_transmission_angle_bounds_all_samples(name: str) -> None:
 # -- trains of gears whose turns differ, and dyads that are moved by what they are pinned to ---------------------------
 
 
-def geared(radius: float) -> GenericReference:
+def geared_four_bar(radius: float) -> GenericReference:
     """A four-bar, its crank driven by a pinion of a radius [m]."""
     machine = four_bar(0.07, 0.25, 0.2, 0.3, turn=0.0)
     motor = Revolute("motor", GROUND, "pinion", (-0.12, 0.0), (0.0, 0.0))
@@ -223,7 +223,7 @@ def geared(radius: float) -> GenericReference:
 
 
 def test_rocker_behind_slow_wheel_has_no_gain() -> None:
-    crank, rocker = turn_quantities(geared(0.04).kinematics).outputs
+    crank, rocker = turn_quantities(geared_four_bar(0.04).kinematics).outputs
     assert (crank.link, rocker.link) == ("crank", "rocker")
     # Half a turn a turn, every time: the crank goes on.
     assert crank.gain == pytest.approx(-math.pi, abs=1e-7)
@@ -233,7 +233,7 @@ def test_rocker_behind_slow_wheel_has_no_gain() -> None:
 
 
 def test_tolerances_behind_slow_wheel_cover_all_turns() -> None:
-    scene, pymunk = geared(0.04), engine_named("pymunk")
+    scene, pymunk = geared_four_bar(0.04), engine_named("pymunk")
     settings = pymunk.presets["tuned"](scene, 500)
     allowed = pymunk.expected_error(scene, settings).position
     first, both = (compare(run(scene, settings, revolutions=turns), scene).worst("position") for turns in (1.0, 2.0))
@@ -242,7 +242,7 @@ def test_tolerances_behind_slow_wheel_cover_all_turns() -> None:
 
 
 def test_turns_repeat_behind_wheel_of_equal_size() -> None:
-    crank, rocker = turn_quantities(geared(0.06).kinematics).outputs
+    crank, rocker = turn_quantities(geared_four_bar(0.06).kinematics).outputs
     assert crank.stroke is None
     assert len(rocker.dead_centres) == 2
     assert rocker.time_ratio is not None
@@ -255,8 +255,8 @@ def test_rod_moved_by_rocker_does_not_push_it() -> None:
     pins = [("shaft", GROUND, "crank", shaft), ("a", "crank", "coupler", a), ("b", "coupler", "rocker", b)]
     pins.append(("q", GROUND, "rocker", q))
     dyad = [("c", "coupler", "fifth", c), ("d", "rocker", "sixth", d), ("e", "fifth", "sixth", e)]
-    six_bar = Kinematics(assembled("six-bar", links | {"fifth": (c, e), "sixth": (d, e)}, [*pins, *dyad]))
-    plain = Kinematics(assembled("four-bar", links, pins))
+    six_bar = Kinematics(assemble_mechanism("six-bar", links | {"fifth": (c, e), "sixth": (d, e)}, [*pins, *dyad]))
+    plain = Kinematics(assemble_mechanism("four-bar", links, pins))
     assert [push.through for push in pushes(six_bar, six_bar.start)] == []
     # Negative control: the four-bar's coupler does push it.
     assert [push.through for push in pushes(plain, plain.start)] == ["coupler"]

@@ -15,14 +15,14 @@ from conrod.scenes import SCENES, catalogue_names, scene_named
 
 
 @cache
-def tabulated(name: str) -> MotionTable:
+def tabulate_scene(name: str) -> MotionTable:
     return motion_table(scene_named(name))
 
 
 # In closed form, a cam by arcs, a law whose fourth derivative jumps, one pass, three turns until wheels stand alike.
 @pytest.mark.parametrize("name", ["saw-500rpm", "cam-follower", "cam-4-5-6-7", "double-rocker", "rolling-on-concave"])
 def test_motion_table_matches_exact_motion_between_knots(name: str) -> None:
-    scene, table = scene_named(name), tabulated(name)
+    scene, table = scene_named(name), tabulate_scene(name)
     angle = np.linspace(*scene.kinematics.span, 1009)
     angle = angle if table.turns == 0 else np.concatenate([angle, angle + 5.0 * REVOLUTION, angle - 7.0 * REVOLUTION])
     assert _errors(scene, table.evaluate(angle), angle, table.scales).max() < TOLERANCE
@@ -31,19 +31,19 @@ def test_motion_table_matches_exact_motion_between_knots(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [*SCENES, *catalogue_names()])
 def test_motion_table_exists_for_every_machine(name: str) -> None:
-    assert len(tabulated(name).knots) - 1 <= 84
+    assert len(tabulate_scene(name).knots) - 1 <= 84
 
 
 @pytest.mark.parametrize(
     ("name", "turns"), [("saw-500rpm", 1), ("double-rocker", 0), ("rolling-on-concave", 3), ("planetary-gear", 21)]
 )
 def test_motion_table_covers_turns_until_motion_repeats(name: str, turns: int) -> None:
-    assert tabulated(name).turns == turns
+    assert tabulate_scene(name).turns == turns
 
 
 @pytest.mark.parametrize("term", [0, 1, 2])
 def test_motion_table_check_finds_coefficient_off_by_1e_9(term: int) -> None:
-    scene, table = SCENES["saw-500rpm"], tabulated("saw-500rpm")
+    scene, table = SCENES["saw-500rpm"], tabulate_scene("saw-500rpm")
     table.check(scene)
     coefficients = table.coefficients.copy()
     coefficients[3, table.names.index("C.x"), term] += 1e-9 * scene.lengths["C"]
@@ -53,7 +53,7 @@ def test_motion_table_check_finds_coefficient_off_by_1e_9(term: int) -> None:
 
 @pytest.mark.parametrize(("part", "place"), [("knots", 3), ("gains", 2)])
 def test_motion_table_check_finds_wrong_knot_or_gain(part: str, place: int) -> None:
-    table = tabulated("saw-500rpm")
+    table = tabulate_scene("saw-500rpm")
     values = getattr(table, part).copy()
     values[place] += 1e-9
     with pytest.raises(InvalidInput, match="1e-12 is allowed"):

@@ -45,7 +45,7 @@ class ManyDigits:
         places[GROUND] = (mpc(0), 0)
         left = []
         for joint in self.mechanism.joints:
-            left += _left(joint, places[joint.a], places[joint.b], parts.get(joint.name))
+            left += _residual(joint, places[joint.a], places[joint.b], parts.get(joint.name))
         driver = self.mechanism.driver
         return [*left, q[3 * self.crank + 2] - driver.start - driver.sense * angle]
 
@@ -101,7 +101,7 @@ class ManyDigits:
         raise ArithmeticError(f"{self.mechanism.name} at {angle}")
 
 
-def _left(joint: Joint, a: tuple[Any, Any], b: tuple[Any, Any], part: int | None) -> list[Any]:
+def _residual(joint: Joint, a: tuple[Any, Any], b: tuple[Any, Any], part: int | None) -> list[Any]:
     (za, fa), (zb, fb) = a, b
     ea, eb = mpmath.expj(fa), mpmath.expj(fb)
     if isinstance(joint, CamContact):
@@ -182,17 +182,20 @@ def disagreement(scene: Scene, mechanism: Mechanism, turns: float = 1.0, bend: f
     of_poses = of_points = 0.0
     for j, angle in enumerate(angles):
         places, tracks = exact.derivatives(poses[0][j], float(angle))
-        of_poses = max(of_poses, *(_off(p[j] / scale, q / scale, 1.0) for p, q in zip(poses, places, strict=True)))
+        of_poses = max(
+            of_poses, *(_relative_difference(p[j] / scale, q / scale, 1.0) for p, q in zip(poses, places, strict=True))
+        )
         for name, (place, first, second, third) in tracks.items():
             in_time = (place, first, second + bend * first, third + 3.0 * bend * second)
             found = vars(moved[name]).values()
             of_points = max(
-                of_points, *(_off(f[j], t, scene.lengths[name]) for f, t in zip(found, in_time, strict=True))
+                of_points,
+                *(_relative_difference(f[j], t, scene.lengths[name]) for f, t in zip(found, in_time, strict=True)),
             )
     return of_poses, of_points
 
 
-def _off(found: Array, exact: Array, least: float) -> float:
+def _relative_difference(found: Array, exact: Array, least: float) -> float:
     return float(np.abs(found - exact).max() / max(least, np.abs(exact).max()))
 
 

@@ -32,7 +32,7 @@ def profile(law: str, **changed: Any) -> LawProfile:
     return replace(LawProfile(0.076, 0.009, segments), **changed)
 
 
-def changed(name: str, **fields: Any) -> dict[str, Any]:
+def changed_profile(name: str, **fields: Any) -> dict[str, Any]:
     """A shipped file with other fields of its profile."""
     given = tables(CATALOGUE / f"{name}.toml")
     given["joints"]["contact"]["profile"] |= fields
@@ -88,7 +88,7 @@ def test_break_angles_are_where_acceleration_or_jerk_jumps(name: str) -> None:
 @pytest.mark.parametrize(("offset", "sense"), [(0.012, 1), (-0.02, -1)])
 def test_offset_follower_follows_the_law(offset: float, sense: int) -> None:
     way, height = "counter-clockwise" if sense > 0 else "clockwise", math.sqrt(0.085**2 - offset**2)
-    cam = changed("cam-3-4-5", offset=offset, sense=way)
+    cam = changed_profile("cam-3-4-5", offset=offset, sense=way)
     cam["ground"] = {"points": {"line": [-offset, 0.0]}}
     cam["joints"]["guide"]["guide"] = "ground.line"
     cam["start"] = {"follower": {"origin": [-offset, height]}}
@@ -147,7 +147,7 @@ def test_undercut_cam_is_refused_with_least_base_radius() -> None:
 
 
 def test_engines_refuse_hollow_cam_as_not_convex() -> None:
-    scene = scene_from_tables(changed("cam-4-5-6-7", base_radius="30 mm"))
+    scene = scene_from_tables(changed_profile("cam-4-5-6-7", base_radius="30 mm"))
     reason = concave_reason(scene.mechanism().cam_contacts[0].profile)
     assert reason is not None
     assert "hollow" in reason
@@ -177,7 +177,7 @@ REFUSED = {
 def test_invalid_cam_is_refused_in_one_line(case: str) -> None:
     segments, told = REFUSED[case]
     with pytest.raises(InvalidInput) as refused:
-        scene_from_tables(changed("cam-3-4-5", segments=segments))
+        scene_from_tables(changed_profile("cam-3-4-5", segments=segments))
     assert told in str(refused.value)
     assert "joints.contact.profile" in str(refused.value)
     assert "\n" not in str(refused.value)
@@ -196,5 +196,5 @@ def test_dwell_is_no_dead_centre(name: str) -> None:
     # Where a rise and a fall meet without a dwell, there is one.
     assert dead_centre_angles(catalogue_scene(name)) == ()
     rise = {"law": name.removeprefix("cam-"), "over": "150 deg", "lift": "33 mm"}
-    peaked = scene_from_tables(changed(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
+    peaked = scene_from_tables(changed_profile(name, segments=[rise, rise | {"lift": "-33 mm"}, {"law": "dwell"}]))
     assert dead_centre_angles(peaked) == pytest.approx((150.0,), abs=1e-3)

@@ -52,13 +52,13 @@ LOADS: dict[str, Any] = {
 }  # fmt: skip
 
 
-def loaded(**changes: Any) -> dict[str, Any]:
+def loaded_document(**changes: Any) -> dict[str, Any]:
     whole = tables(SLIDER_CRANK) | copy.deepcopy(LOADS)
     return whole | changes
 
 
 def test_file_reads_every_load_law_with_its_coordinate() -> None:
-    mechanism = scene_from_tables(loaded()).mechanism()
+    mechanism = scene_from_tables(loaded_document()).mechanism()
     assert mechanism.forces == (ConstantForce("slider", (0.0, -10.0)),)
     slider, crank = Displacement("slider", (0.0, 0.0), 0.0), Turn("ground", "crank")
     assert {load.name: (load.along, load.law) for load in mechanism.loads} == {
@@ -77,7 +77,7 @@ def test_file_reads_every_load_law_with_its_coordinate() -> None:
 
 
 def test_scene_key_contains_loads_only_if_there_are_any() -> None:
-    bare, whole = scene_from_tables(tables(SLIDER_CRANK)), scene_from_tables(loaded())
+    bare, whole = scene_from_tables(tables(SLIDER_CRANK)), scene_from_tables(loaded_document())
     assert "loads" not in bare.identity()["mechanism"]
     assert "start_rates" not in bare.identity()
     assert [load["law"]["kind"] for load in whole.identity()["mechanism"]["loads"]].count("TimePulse") == 2
@@ -89,10 +89,10 @@ def test_scene_key_contains_loads_only_if_there_are_any() -> None:
 def test_free_motion_starts_at_given_rates_or_crank_speed() -> None:
     bare = scene_from_tables(tables(SLIDER_CRANK))
     assert bare.start_rates == {"crank": 30.0}
-    given = loaded(start={"rod": {"turn": 0}, "crank": {"rate": "-60 rpm"}})
+    given = loaded_document(start={"rod": {"turn": 0}, "crank": {"rate": "-60 rpm"}})
     scene = scene_from_tables(given)
     assert scene.start_rates == {"crank": pytest.approx(-2.0 * math.pi)}
-    assert scene.identity() != scene_from_tables(loaded()).identity()
+    assert scene.identity() != scene_from_tables(loaded_document()).identity()
     motion = ForwardDynamics(scene.mechanism()).motion(np.array([0.0, 1e-3]), rates=scene.start_rates)
     assert motion.rates[0, 2] == pytest.approx(-2.0 * math.pi)
 
@@ -123,7 +123,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("place", "value", "expected"), REFUSED)
 def test_file_error_names_the_place(place: str, value: Any, expected: str) -> None:
-    whole = loaded()
+    whole = loaded_document()
     table, name = place.split(".")
     whole[table] = whole.get(table, {}) | {name: value}
     with pytest.raises(InvalidInput) as caught:

@@ -10,7 +10,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from described import FOUR_BAR, SLIDER_CRANK, changed, shuffled, tables
+from described import FOUR_BAR, SLIDER_CRANK, shuffle_declarations, tables, with_entry
 
 from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
@@ -158,21 +158,21 @@ def key(scene: DescribedScene) -> str:
 def test_run_key_follows_mechanism_not_names() -> None:
     scene = read_scene(SLIDER_CRANK)
     same = [
-        scene_from_tables(shuffled(tables(SLIDER_CRANK), 3)),
-        scene_from_tables(changed(SLIDER_CRANK, "title", "Another title")),
-        scene_from_tables(changed(SLIDER_CRANK, "bodies.crank.points.A", [0.3, "0 mm"])),
+        scene_from_tables(shuffle_declarations(tables(SLIDER_CRANK), 3)),
+        scene_from_tables(with_entry(SLIDER_CRANK, "title", "Another title")),
+        scene_from_tables(with_entry(SLIDER_CRANK, "bodies.crank.points.A", [0.3, "0 mm"])),
         pickle.loads(pickle.dumps(scene)),
     ]
     assert {key(other) for other in same} == {key(scene)}
     other_machines = [
         scene.with_parameters(**{"bodies.rod.mass": 5.5}),
-        scene_from_tables(changed(SLIDER_CRANK, "start.rod.turn", "180 deg")),
-        scene_from_tables(changed(SLIDER_CRANK, "observed.G", "rod.A")),
+        scene_from_tables(with_entry(SLIDER_CRANK, "start.rod.turn", "180 deg")),
+        scene_from_tables(with_entry(SLIDER_CRANK, "observed.G", "rod.A")),
         read_scene(FOUR_BAR),
     ]
     assert len({key(other) for other in other_machines} | {key(scene)}) == 1 + len(other_machines)
 
 
 def test_braces_in_a_text_stay_literal() -> None:
-    scene = scene_from_tables(changed(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
+    scene = scene_from_tables(with_entry(SLIDER_CRANK, "description", "A {crank} of {0.__class__}."))
     assert scene.description.format().startswith("A {crank} of {0.__class__}.")

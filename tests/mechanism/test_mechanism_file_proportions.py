@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, changed
+from described import FOUR_BAR, SHIPPED, SLIDER_CRANK, with_entry
 
 from conrod.errors import InvalidInput
 from conrod.execution.resolve_arguments import mechanism_file_bytes, scene
@@ -43,14 +43,14 @@ ANGLES: dict[str, tuple[str, Any, str]] = {
 @pytest.mark.parametrize("case", ANGLES)
 def test_bare_angle_of_more_than_a_turn_is_refused(case: str) -> None:
     place, value, said = ANGLES[case]
-    given = changed(SLIDER_CRANK, place, value)
+    given = with_entry(SLIDER_CRANK, place, value)
     if case == "end of a pass":
         given["driver"]["from"] = -0.5
     assert said in refusal(given)
 
 
 def test_bare_angle_in_parameter_or_option_is_refused() -> None:
-    given = changed(SLIDER_CRANK, "driver.start", "zero")
+    given = with_entry(SLIDER_CRANK, "driver.start", "zero")
     given.setdefault("parameters", {})["zero"] = 60
     assert "driver.start = 60 has no unit" in refusal(given)
     given["parameters"]["zero"] = "60 deg"
@@ -62,7 +62,7 @@ def test_bare_angle_in_parameter_or_option_is_refused() -> None:
 
 def test_angle_with_unit_or_below_a_turn_is_accepted() -> None:
     for value in ("60 deg", "60deg", "-6.2", 6.28, "7 rad", 0):
-        scene_from_tables(changed(SLIDER_CRANK, "driver.start", value))
+        scene_from_tables(with_entry(SLIDER_CRANK, "driver.start", value))
 
 
 PROPORTIONS: dict[str, tuple[str, Any, str]] = {
@@ -87,7 +87,7 @@ PROPORTIONS: dict[str, tuple[str, Any, str]] = {
 @pytest.mark.parametrize("case", PROPORTIONS)
 def test_number_out_of_proportion_is_refused_with_likely_unit(case: str) -> None:
     place, value, said = PROPORTIONS[case]
-    given = changed(SLIDER_CRANK, place, value)
+    given = with_entry(SLIDER_CRANK, place, value)
     rod = given["bodies"]["rod"]
     if "gravity" in place or "inertia" in place:
         del rod["uniform"], rod["ends"]
@@ -97,7 +97,7 @@ def test_number_out_of_proportion_is_refused_with_likely_unit(case: str) -> None
 
 
 def test_machine_in_bare_mm_is_refused_as_metres() -> None:
-    given = changed(FOUR_BAR, "name", "four-bar-in-mm")
+    given = with_entry(FOUR_BAR, "name", "four-bar-in-mm")
 
     def in_mm(value: Any) -> Any:
         if isinstance(value, dict):
@@ -133,7 +133,7 @@ def test_ground_points_beyond_all_links_are_refused() -> None:
 
 def test_flywheels_and_light_links_are_in_proportion() -> None:
     for place, value in (("bodies.slider.mass", 300), ("bodies.slider.mass", 1e-6), ("bodies.rod.mass", "1 g")):
-        scene_from_tables(changed(SLIDER_CRANK, place, value))
+        scene_from_tables(with_entry(SLIDER_CRANK, place, value))
     # What is given anew is the user's own variant of a file in proportion.
     assert (
         read_scene(SLIDER_CRANK).with_parameters(**{"bodies.slider.mass": 1e4}).mechanism().body("slider").mass == 1e4

@@ -11,7 +11,7 @@ from typing import Any
 import mutants
 import numpy as np
 import pytest
-from described import CATALOGUE, FOUR_BAR, SHIPPED, SLIDER_CRANK, changed, shuffled, tables
+from described import CATALOGUE, FOUR_BAR, SHIPPED, SLIDER_CRANK, shuffle_declarations, tables, with_entry
 
 from conrod.errors import InvalidInput
 from conrod.execution.local import call_isolated
@@ -42,14 +42,14 @@ def test_uniform_bar_and_disc_have_textbook_inertia() -> None:
     assert rod.inertia == pytest.approx(5.0 * 0.56**2 / 12.0, rel=1e-15)
     assert rod.centre_of_gravity == (0.28, 0.0)
     disc = {"uniform": "disc", "radius": "200 mm", "mass": 3, "points": {"A": [0.3, 0]}}
-    assert scene_from_tables(changed(SLIDER_CRANK, "bodies.crank", disc)).mechanism().body(
+    assert scene_from_tables(with_entry(SLIDER_CRANK, "bodies.crank", disc)).mechanism().body(
         "crank"
     ).inertia == pytest.approx(0.06)
 
 
 @pytest.mark.parametrize("path", [SLIDER_CRANK, CATALOGUE / "six-bar.toml", CATALOGUE / "planetary-gear.toml"])
 def test_order_of_declaration_does_not_matter(path: Path) -> None:
-    usual, other = read_scene(path), scene_from_tables(shuffled(tables(path), 1))
+    usual, other = read_scene(path), scene_from_tables(shuffle_declarations(tables(path), 1))
     assert other.mechanism() == usual.mechanism()
     assert other.parameters_text == usual.parameters_text
     angles = np.linspace(*usual.kinematics.span, 9)
@@ -72,7 +72,7 @@ def test_drawn_points_make_the_same_machine() -> None:
 
 
 def test_start_pose_picks_the_branch() -> None:
-    other = scene_from_tables(changed(SLIDER_CRANK, "start.rod.turn", "180 deg"))
+    other = scene_from_tables(with_entry(SLIDER_CRANK, "start.rod.turn", "180 deg"))
     assert other.motion(0.0, 30.0).point("B").position[0, 0] == pytest.approx(0.3 - 0.56)
 
 
@@ -113,7 +113,7 @@ UNUSABLE = [
 
 @pytest.mark.parametrize(("place", "value", "expected"), UNUSABLE, ids=[f"{p}-{e[:30]}" for p, _, e in UNUSABLE])
 def test_file_error_names_the_place(place: str, value: Any, expected: str) -> None:
-    assert expected in refusal(changed(SLIDER_CRANK, place, value))
+    assert expected in refusal(with_entry(SLIDER_CRANK, place, value))
 
 
 def test_blocked_crank_is_refused_with_its_range() -> None:
@@ -127,7 +127,7 @@ def test_blocked_crank_is_refused_with_its_range() -> None:
 
 
 def test_start_that_leads_to_other_branch_is_refused() -> None:
-    assert "leads to an assembly where it is" in refusal(changed(SLIDER_CRANK, "start.rod.turn", "89 deg"))
+    assert "leads to an assembly where it is" in refusal(with_entry(SLIDER_CRANK, "start.rod.turn", "89 deg"))
 
 
 @pytest.mark.parametrize(
@@ -162,21 +162,21 @@ FEW, MANY = 2, 100  # of each file
 def test_mutated_files_are_refused_in_one_line_or_move() -> None:
     ends: Counter[str] = Counter()
     for path in SHIPPED:
-        ends += mutants.tried(path, range(FEW), engines=False)
+        ends += mutants.count_outcomes(path, range(FEW), engines=False)
     # Negative control: the mutants get through to motion, and not all of them do.
     assert ends["valid"] > 5
     assert ends["refused"] > 5
 
 
 def test_mutated_files_that_move_do_not_crash_an_engine() -> None:
-    answer = call_isolated(mutants.tried, SHIPPED[-1], range(5), True, timeout=300.0)
+    answer = call_isolated(mutants.count_outcomes, SHIPPED[-1], range(5), True, timeout=300.0)
     assert isinstance(answer, Counter), answer
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
 def test_many_mutated_files_are_refused_or_move(path: Path) -> None:
-    answer = call_isolated(mutants.tried, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
+    answer = call_isolated(mutants.count_outcomes, path, range(10_000, 10_000 + MANY), True, timeout=1200.0)
     assert isinstance(answer, Counter), answer
 
 

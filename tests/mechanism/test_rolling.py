@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rolling_machines import TOOTH, WHEEL, driven, gear_pair, poses_of, swinging_four_bar, wheel_on_a_track
+from rolling_machines import TOOTH, WHEEL, at_test_speed, gear_pair, poses_of, swinging_four_bar, wheel_on_a_track
 
 from conrod.engines.spanning_tree import grow_spanning_tree
 from conrod.errors import InvalidInput
@@ -17,7 +17,7 @@ SPAN = (-0.4, 0.3)  # [rad], of the crank
 
 
 def test_wheel_on_endless_track_is_exact() -> None:
-    machine, angle = driven(wheel_on_a_track()), np.linspace(-10.0, 40.0, 23)
+    machine, angle = at_test_speed(wheel_on_a_track()), np.linspace(-10.0, 40.0, 23)
     place = poses_of(machine, "wheel", angle)
     np.testing.assert_allclose(place[:, 0], 0.2 + TOOTH * angle, atol=1e-12)
     np.testing.assert_allclose(place[:, 2], -TOOTH / WHEEL * angle, atol=1e-12)
@@ -26,10 +26,10 @@ def test_wheel_on_endless_track_is_exact() -> None:
 def test_span_beyond_linkage_limit_is_refused_with_angle() -> None:
     limit = math.radians(88.86) - 1.0540538523344571
     with pytest.raises(InvalidInput, match="swinging-four-bar cannot be assembled at crank angle") as told:
-        _ = driven(swinging_four_bar((-0.1, limit + 0.01))).lengths
+        _ = at_test_speed(swinging_four_bar((-0.1, limit + 0.01))).lengths
     reached = str(told.value).split(" deg")[0].split()[-1]
     assert float(reached) == pytest.approx(math.degrees(limit), abs=0.01)
-    assert driven(swinging_four_bar((-0.1, limit - 0.01))).lengths["joint"] > 0.0
+    assert at_test_speed(swinging_four_bar((-0.1, limit - 0.01))).lengths["joint"] > 0.0
 
 
 @pytest.mark.parametrize("span", [(0.1, 0.5), (0.3, -0.3), (0.0, 0.0), (0.0, math.nan), (-math.inf, 0.0)])
@@ -43,7 +43,7 @@ def test_wrong_radius_is_refused_as_wheels_do_not_touch() -> None:
     assert isinstance(pair, Rolling)
     larger = replace(pair, radius_b=WHEEL + 0.001)
     with pytest.raises(InvalidInput, match=r"mesh: .* are 0.13 m apart, the radii ask for 0.131 m"):
-        _ = driven(replace(gear_pair(), joints=(*gear_pair().joints[:2], larger))).lengths
+        _ = at_test_speed(replace(gear_pair(), joints=(*gear_pair().joints[:2], larger))).lengths
 
 
 @pytest.mark.parametrize("radii", [(0.1, -0.1), (0.1, -0.05), (-0.1, -0.2), (0.0, 0.1), (math.nan, 0.1)])

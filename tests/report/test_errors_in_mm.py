@@ -35,7 +35,7 @@ STROKE = math.sqrt(0.4**2 - 0.09**2) - math.sqrt(0.2**2 - 0.09**2)
 LENGTHS = {"cam-follower": LIFT, "saw-500rpm": STROKE}  # the largest L of each
 
 
-def planted(name: str, preset: str | None = "tuned") -> ValidationResult:
+def planted_run(name: str, preset: str | None = "tuned") -> ValidationResult:
     """A run every point of which is off by `OFF`, always; what is over all points is over the largest L."""
     known, lengths = OFF / LENGTHS[name], SCENES[name].lengths
     rates = {q: dict.fromkeys(MEASURES, 0.5) for q in ("velocity", "acceleration")}
@@ -55,7 +55,7 @@ def planted(name: str, preset: str | None = "tuned") -> ValidationResult:
 
 
 def of_validation(name: str) -> Iterator[Table]:
-    study = SceneStudy(name, SCENES[name], (planted(name), planted(name, None)))
+    study = SceneStudy(name, SCENES[name], (planted_run(name), planted_run(name, None)))
     yield from (tables.verdicts_table([study]), tables.points_table(study), tables.joints_table(study))
     yield tables.tolerances_table(study)
 
@@ -118,7 +118,9 @@ def test_a_wrong_factor_is_caught(
 
 
 def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
-    run = replace(planted("saw-500rpm"), tolerance=Tolerance(phase=math.radians(1.0)), phase={"max": math.radians(2.0)})
+    run = replace(
+        planted_run("saw-500rpm"), tolerance=Tolerance(phase=math.radians(1.0)), phase={"max": math.radians(2.0)}
+    )
     study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.with_verdict(),))
     assert verdict_words(study.results[0]) == "OUT OF TOLERANCE: phase 2.0 deg > 1 deg"
     (row,) = tables.tolerances_table(study).rows
@@ -132,7 +134,7 @@ def test_a_phase_is_in_degrees_in_tables_and_verdicts() -> None:
 ])  # fmt: skip
 def test_verdict_states_what_the_error_law_allows_for(engine: str, off: float, more: str) -> None:
     errors = {"C": {"position": {"max": 1e-5}, "velocity": {"max": 1e-3}, "acceleration": {"max": off}}}
-    run = replace(planted("saw-500rpm"), engine=engine, errors=errors, tolerance=Tolerance(1e-3, 1e-2, 0.3))
+    run = replace(planted_run("saw-500rpm"), engine=engine, errors=errors, tolerance=Tolerance(1e-3, 1e-2, 0.3))
     study = SceneStudy("saw-500rpm", SCENES["saw-500rpm"], (run.with_verdict(),))
     assert verdict_words(study.results[0]) == f"within tolerance{more}"
     assert summary_words(study.results) == f"The judged result is within tolerance{more}."

@@ -26,14 +26,14 @@ QUANTITIES = (("", "position", 0), ("v", "velocity", 1), ("a", "acceleration", 2
 
 
 @cache
-def exported(name: str, speed: float = 1.0) -> tuple[Scene, bytes]:
+def export_scene(name: str, speed: float = 1.0) -> tuple[Scene, bytes]:
     """A scene at so many times its speed, and its FMU."""
     scene = scene_named(name)
     scene = scene.with_parameters(speed=speed * scene.speed)
     return scene, archive.fmu(name, scene)[0]
 
 
-def simulated(content: bytes, folder: Path, **options: Any) -> Any:
+def simulate(content: bytes, folder: Path, **options: Any) -> Any:
     (folder / "unit.fmu").write_bytes(content)
     outputs = [
         v.name for v in fmpy.read_model_description(folder / "unit.fmu").modelVariables if "o" in v.causality[:1]
@@ -41,8 +41,8 @@ def simulated(content: bytes, folder: Path, **options: Any) -> Any:
     return fmpy.simulate_fmu(str(folder / "unit.fmu"), output=outputs, **options)
 
 
-def loaded(folder: Path, **options: Any) -> Any:
-    (folder / "unit.fmu").write_bytes(exported("saw-500rpm")[1])
+def load_unit(folder: Path, **options: Any) -> Any:
+    (folder / "unit.fmu").write_bytes(export_scene("saw-500rpm")[1])
     described = fmpy.read_model_description(folder / "unit.fmu")
     place = fmpy.extract(str(folder / "unit.fmu"), unzipdir=str(folder / "unit"))
     given = {"guid": described.guid, "modelIdentifier": described.coSimulation.modelIdentifier, **options}
@@ -71,11 +71,11 @@ def largest_error(scene: Scene, result: Any) -> float:
     [("saw-500rpm", -1.0), ("cam-follower", 1.0), ("geneva", -1.0)],
 )
 def test_fmpy_computes_the_exact_motion(name: str, speed: float, mode: str, tmp_path: Path) -> None:
-    scene, content = exported(name, speed)
+    scene, content = export_scene(name, speed)
     turns = 1.0 if scene.mechanism().driver.span else 30.0
     run = fmpy.read_model_description(io.BytesIO(content)).defaultExperiment
     stop = turns * float(run.stopTime)
-    result = simulated(
+    result = simulate(
         content, tmp_path, fmi_type=mode, stop_time=stop, output_interval=(stop - float(run.startTime)) / 300
     )
     assert len(result) > 300
@@ -88,8 +88,8 @@ def test_fmpy_computes_the_exact_motion(name: str, speed: float, mode: str, tmp_
 def test_fmu_of_every_machine_is_valid_and_exact(name: str, tmp_path: Path) -> None:
     from fmpy.validation import validate_fmu
 
-    scene, content = exported(name)
-    result = simulated(content, tmp_path)
+    scene, content = export_scene(name)
+    result = simulate(content, tmp_path)
     assert validate_fmu(str(tmp_path / "unit.fmu")) == []
     # Near its change points the parallelogram's own exact accelerations are rounded more.
     assert largest_error(scene, result) < (1e-11 if name == "parallelogram" else 1e-12)
@@ -97,12 +97,12 @@ def test_fmu_of_every_machine_is_valid_and_exact(name: str, tmp_path: Path) -> N
 
 @compiled
 def test_only_speed_and_start_angle_are_parameters_of_an_fmu(tmp_path: Path) -> None:
-    scene, content = exported("cam-follower")
+    scene, content = export_scene("cam-follower")
     slow = scene.with_parameters(speed=-1.25)
-    result = simulated(content, tmp_path, start_values={"speed": -1.25, "start_angle": 40.0}, stop_time=9.0)
+    result = simulate(content, tmp_path, start_values={"speed": -1.25, "start_angle": 40.0}, stop_time=9.0)
     assert result["crank_angle"] == pytest.approx(40.0 - 1.25 * result["time"], abs=1e-13)
     assert largest_error(slow, result) < 1e-12
-    unit = loaded(tmp_path)
+    unit = load_unit(tmp_path)
     unit.instantiate()
     with pytest.raises(fmpy.fmi1.FMICallException, match="SetFloat64"):
         unit.setFloat64([4], [0.0])
@@ -115,7 +115,7 @@ def test_only_speed_and_start_angle_are_parameters_of_an_fmu(tmp_path: Path) -> 
 @compiled
 def test_fmu_of_a_pass_ends_with_a_reason_beyond_its_span(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(fmpy.fmi1.FMICallException):
-        simulated(exported("geneva")[1], tmp_path, stop_time=exported("geneva")[0].period)
+        simulate(export_scene("geneva")[1], tmp_path, stop_time=export_scene("geneva")[0].period)
     assert re.search(
         r"crank angle 0\.[78]\d+ rad is out of range, -0\.785398163 to 0\.785398163 rad", capfd.readouterr()[0]
     )
@@ -124,11 +124,11 @@ def test_fmu_of_a_pass_ends_with_a_reason_beyond_its_span(tmp_path: Path, capfd:
 @compiled
 def test_fmu_has_every_function_of_the_standard(tmp_path: Path) -> None:
     header = Path(fmpy.__file__).with_name("c-code") / "fmi3FunctionTypes.h"
-    library, names = loaded(tmp_path).dll, re.findall(r"\b(fmi3\w+)TYPE\b", header.read_text(encoding="utf-8"))
+    library, names = load_unit(tmp_path).dll, re.findall(r"\b(fmi3\w+)TYPE\b", header.read_text(encoding="utf-8"))
     assert len(names) > 70
     assert [name for name in names if not hasattr(library, name)] == []
     # The same scene gives the same bytes.
-    scene, content = exported("saw-500rpm")
+    scene, content = export_scene("saw-500rpm")
     assert archive.fmu("saw-500rpm", scene)[0] == content
 
 

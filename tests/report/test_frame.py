@@ -152,7 +152,7 @@ def test_other_output_may_not_be_a_file_of_the_report(tmp_path: Path) -> None:
 # -- rendered again --------------------------------------------------------------------------------------------------
 
 
-def rendered_without_engines(report: Path, out: Path) -> dict[str, bytes]:
+def render_without_engines(report: Path, out: Path) -> dict[str, bytes]:
     """Files of a report that is rendered again where no engine is installed."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     done = subprocess.run(
@@ -165,14 +165,14 @@ def rendered_without_engines(report: Path, out: Path) -> dict[str, bytes]:
 
 def test_report_is_rendered_again_byte_for_byte_without_engines(tmp_path: Path) -> None:
     write(tmp_path / "first", study("saw-40rpm"), study("cam-follower"))
-    assert rendered_without_engines(tmp_path / "first", tmp_path / "second") == contents(tmp_path / "first")
+    assert render_without_engines(tmp_path / "first", tmp_path / "second") == contents(tmp_path / "first")
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", ["", "sweep", "ablate", "limits"])
 def test_committed_reports_follow_from_their_saved_findings(folder: str, tmp_path: Path) -> None:
     committed = Path(__file__).parents[2] / "reports" / folder
-    rendered = rendered_without_engines(committed, tmp_path)
+    rendered = render_without_engines(committed, tmp_path)
     assert rendered == {name: (committed / name).read_bytes() for name in rendered}
 
 

@@ -118,7 +118,7 @@ def test_a_number_links_to_the_command_of_its_page() -> None:
     assert re.findall(r'href="([^"]*)">([^<]*)', page) == [("#p--command", "1.0")]
 
 
-def _changed(name: str, value: Any) -> Any:
+def _set_entry(name: str, value: Any) -> Any:
     def change(folder: Path) -> None:
         file = folder / "results.json"
         file.write_text(json.dumps({**json.loads(file.read_text()), name: value}))
@@ -126,7 +126,7 @@ def _changed(name: str, value: Any) -> Any:
     return change
 
 
-def _elsewhere(folder: Path) -> None:
+def _move_data_elsewhere(folder: Path) -> None:
     file = folder / "results.json"
     file.write_text(file.read_text().replace("data/", "../data/"))
 
@@ -134,11 +134,11 @@ def _elsewhere(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (_changed("schema", 99), "another version of conrod"),
-        (_changed("parts", []), "it was changed since conrod wrote it"),
-        (_changed("kind", "nothing"), "no report that can be rendered"),
+        (_set_entry("schema", 99), "another version of conrod"),
+        (_set_entry("parts", []), "it was changed since conrod wrote it"),
+        (_set_entry("kind", "nothing"), "no report that can be rendered"),
         (lambda folder: (folder / "results.json").write_text('{"schema": 1, "conrod": "0.1.0"}'), "earlier conrod"),
-        (_elsewhere, "is not in its folder"),
+        (_move_data_elsewhere, "is not in its folder"),
         (lambda folder: os.truncate(folder / "results.json", 100_000_000), "100 MB; conrod writes at most 50 MB"),
         (lambda folder: (folder / "data" / "shear-press.json").write_text("{}"), "do not fit"),
         (lambda folder: (folder / "data" / "shear-press.json").unlink(), "cannot be read"),

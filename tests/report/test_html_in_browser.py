@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browser import asked_for, browser, complaints, opened
+from browser import browser, complaints, open_page, requested_addresses
 from command_line import conrod
 
 from conrod.execution.resolve_arguments import select_scenes
@@ -47,7 +47,7 @@ def machine(folder: Path) -> Any:
     return moving_machine(found)
 
 
-def expected(poses: Any) -> Any:
+def body_axes(poses: Any) -> Any:
     """Origin and end of the first axis of each body, from poses as the drawing has them; (n, 2, 2)."""
     x, y, turn = poses.reshape(-1, 3).T
     along = 100.0 * np.stack([np.cos(np.radians(turn)), np.sin(np.radians(turn))], axis=1)
@@ -58,12 +58,12 @@ def expected(poses: Any) -> Any:
 def exact_at(folder: Path, index: int) -> Any:
     """The same from the scene's exact motion alone."""
     scene, drawing = select_scenes([MACHINE], [])[MACHINE], machine(folder).drawing
-    return expected(drawing.poses(scene.kinematics.poses(np.radians([float(index)])))[0])
+    return body_axes(drawing.poses(scene.kinematics.poses(np.radians([float(index)])))[0])
 
 
 def test_page_requests_nothing_and_logs_no_complaint(page: Any, folder: Path) -> None:
-    opened(page, folder / "r.html")
-    assert asked_for(page) == [(folder / "r.html").as_uri()]
+    open_page(page, folder / "r.html")
+    assert requested_addresses(page) == [(folder / "r.html").as_uri()]
     assert complaints(page) == []
     assert page.execute_script("return document.documentElement.scrollWidth") <= 1280
 
@@ -71,14 +71,14 @@ def test_page_requests_nothing_and_logs_no_complaint(page: Any, folder: Path) ->
 def test_page_that_requests_something_is_detected(page: Any, folder: Path, tmp_path: Path) -> None:
     planted = (folder / "r.html").read_text().replace("<main>", '<main><img src="https://127.0.0.1:9/a.png" alt="">')
     (tmp_path / "p.html").write_text(planted.replace("img-src data:", "img-src *"))
-    assert asked_for(opened(page, tmp_path / "p.html"))[1:] == ["https://127.0.0.1:9/a.png"]
+    assert requested_addresses(open_page(page, tmp_path / "p.html"))[1:] == ["https://127.0.0.1:9/a.png"]
     (tmp_path / "p.html").write_text(planted)
-    opened(page, tmp_path / "p.html")
+    open_page(page, tmp_path / "p.html")
     assert any("Content Security Policy" in one for one in complaints(page))
 
 
 def test_the_grey_machine_is_where_the_exact_motion_says(page: Any, folder: Path) -> None:
-    opened(page, folder / "r.html")
+    open_page(page, folder / "r.html")
     for index in (0, 45, 137, 359):
         page.execute_script(MOVE, index)
         np.testing.assert_allclose(page.execute_script(PLACES, "ghost"), exact_at(folder, index), atol=0.02)
@@ -86,20 +86,20 @@ def test_the_grey_machine_is_where_the_exact_motion_says(page: Any, folder: Path
 
 def test_planted_pose_of_the_grey_machine_is_detected(page: Any, folder: Path, tmp_path: Path) -> None:
     (tmp_path / "p.html").write_text((folder / "r.html").read_text().replace('"exact":[[', '"exact":[[1', 1))
-    opened(page, tmp_path / "p.html").execute_script(MOVE, 0)
+    open_page(page, tmp_path / "p.html").execute_script(MOVE, 0)
     with pytest.raises(AssertionError):
         np.testing.assert_allclose(page.execute_script(PLACES, "ghost"), exact_at(folder, 0), atol=0.02)
 
 
 def test_coloured_machine_is_off_by_the_magnified_error(page: Any, folder: Path) -> None:
     found = machine(folder)
-    opened(page, folder / "r.html").execute_script(CHOOSE, "run", "1")
+    open_page(page, folder / "r.html").execute_script(CHOOSE, "run", "1")
     page.execute_script(MOVE, 60)
     power = found.power(found.runs[1])
     assert page.execute_script("return document.querySelector('[name=power]').value") == str(power) != "0"
     for k in (power, power - 1):
         page.execute_script(CHOOSE, "power", str(k))
-        wanted = expected(found.exact[60] + 10.0**k * found.errors(found.runs[1])[10])
+        wanted = body_axes(found.exact[60] + 10.0**k * found.errors(found.runs[1])[10])
         np.testing.assert_allclose(page.execute_script(PLACES, "engine"), wanted, atol=0.1)
 
 
@@ -109,14 +109,14 @@ def test_caption_states_the_error_of_the_point(page: Any, folder: Path) -> None:
     angle, poses = run.poses.angle[[10]], run.poses.values[[10]]
     off = scene.kinematics.point_derivatives([scene.kinematics.poses(angle) + poses])["C"][0]
     metres = float(np.linalg.norm(off - scene.motion(angle, scene.speed).point("C").position))
-    opened(page, folder / "r.html").execute_script(MOVE, 60)
+    open_page(page, folder / "r.html").execute_script(MOVE, 60)
     words = page.find_element("css selector", ".now").text
     assert words.startswith("Crank angle 60 deg, off by ")
     assert float(words.split()[-2]) == pytest.approx(1e3 * metres, rel=0.05)
 
 
 def test_slider_moves_by_keyboard_and_by_the_play_button(page: Any, folder: Path) -> None:
-    slider = opened(page, folder / "r.html").find_element("css selector", ".machine input")
+    slider = open_page(page, folder / "r.html").find_element("css selector", ".machine input")
     before = page.execute_script(PLACES, "ghost")
     slider.send_keys("\ue014" * 3)  # to the right
     assert slider.get_attribute("value") == "63"
@@ -129,7 +129,7 @@ def test_slider_moves_by_keyboard_and_by_the_play_button(page: Any, folder: Path
 
 
 def test_table_sorts_by_a_click_on_its_heading(page: Any, folder: Path) -> None:
-    opened(page, folder / "r.html")
+    open_page(page, folder / "r.html")
     rows = "return [...document.querySelector('main table').tBodies[0].rows].map((row) => row.cells[4].textContent)"
     before = page.execute_script(rows)
     page.execute_script("document.querySelectorAll('main table th button')[4].click()")
@@ -140,7 +140,7 @@ def test_table_sorts_by_a_click_on_its_heading(page: Any, folder: Path) -> None:
 
 def test_page_is_readable_without_scripts(folder: Path) -> None:
     with browser(width=400, scripts=False) as page:
-        opened(page, folder / "r.html")
+        open_page(page, folder / "r.html")
         assert not page.find_element("css selector", ".controls").is_displayed()
         drawing = page.find_element("css selector", ".machine > svg")
         assert drawing.is_displayed()

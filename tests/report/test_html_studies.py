@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from browser import browser, complaints, opened
+from browser import browser, complaints, open_page
 from handmade import handmade_sweep
 from html_pages import found_in
 
@@ -61,7 +61,7 @@ def test_all_machines_of_the_catalogue_move_on_its_first_page(entrance: Path) ->
 
 def test_animations_can_be_paused_and_a_long_table_filtered(entrance: Path) -> None:
     with browser(width=400) as page:
-        opened(page, entrance)
+        open_page(page, entrance)
         paused = "return [...document.querySelectorAll('.tiles svg')].map((svg) => svg.animationsPaused())"
         assert all(page.execute_script(paused))  # of one who wants less motion
         page.find_element("css selector", ".tiles").find_element("xpath", "preceding-sibling::button").click()
@@ -161,7 +161,7 @@ def test_click_and_keyboard_show_the_words_of_a_point(name: str, site: Any, tmp_
     known = {(*words.split("\n", 1), "")[:2] for figure in figures for *_, words in figure.laid_out_spots()}
     (tmp_path / "p.html").write_text(html_document(page_sections(dict(site.reports())[f"reports/{name}.md"])))
     with browser() as page:
-        opened(page, tmp_path / "p.html")
+        open_page(page, tmp_path / "p.html")
         page.execute_script("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
         said, lines, drawn = (page.find_element("css selector", f".spots {one}") for one in ("output", "pre", "img"))
         assert not lines.is_displayed()

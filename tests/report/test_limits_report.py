@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from committed_studies import SCENE, detected, limit_study, of_axis
+from committed_studies import SCENE, limit_study, of_axis, with_all_detected
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
@@ -29,7 +29,7 @@ from conrod.studies.limits.tables import limits_table, undetected_table, undetec
 COMMAND = Reproduction("conrod limits {scene} --out reports/limits")
 
 
-def rendered(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -> Batch:
+def render(study: LimitStudy, folder: Path, command: Reproduction = COMMAND) -> Batch:
     return report_batch(LIMITS_REPORT, {study.name: study}, folder, command)
 
 
@@ -38,7 +38,7 @@ def panels(walks: Sequence[Walk]) -> list[Axes]:
         return error_chart(walks).axes
 
 
-def drawn(lines: Iterable[Line2D]) -> int:
+def mark_count(lines: Iterable[Line2D]) -> int:
     """Places of curves that have a mark."""
     return sum(int(np.isfinite(np.asarray(line.get_ydata(), dtype=float)).sum()) for line in lines)
 
@@ -51,9 +51,9 @@ def reds(axes: Axes) -> list[Line2D]:
 def test_page_of_an_axis_with_two_values_has_no_figure(tmp_path: Path) -> None:
     whole = of_axis("steps")
     study = replace(whole, walks=tuple(replace(walk, probes=walk.probes[:2]) for walk in whole.walks))
-    page = rendered(study, tmp_path).files[f"{study.name}.md"]
+    page = render(study, tmp_path).files[f"{study.name}.md"]
     assert "![" not in page
-    assert "![" in rendered(whole, tmp_path).files[f"{whole.name}.md"]
+    assert "![" in render(whole, tmp_path).files[f"{whole.name}.md"]
 
 
 def test_every_run_is_drawn_by_outcome_and_undetected_in_red() -> None:
@@ -62,15 +62,15 @@ def test_every_run_is_drawn_by_outcome_and_undetected_in_red() -> None:
     probes = [probe for walk in walks for probe in walk.probes]
     (axes,) = panels(walks)
     assert len(panels(told)) == 2  # where the drive's torque is known it has a panel
-    assert drawn(reds(axes)) == sum(probe.undetected for probe in probes) > 0
-    assert reds(panels(detected(walks))[0]) == []
+    assert mark_count(reds(axes)) == sum(probe.undetected for probe in probes) > 0
+    assert reds(panels(with_all_detected(walks))[0]) == []
     # Above the panel are marks alone, those of a look as one line.
     marks = [line for line in axes.lines if line.get_marker() in OUTCOME_MARKS.values() and not line.get_clip_on()]
-    assert drawn(marks) == sum(probe.position is None for probe in probes)
+    assert mark_count(marks) == sum(probe.position is None for probe in probes)
     ended = {probe.outcome for probe in probes} - {"completed"}
     assert {line.get_marker() for line in marks} == {OUTCOME_MARKS[outcome] for outcome in ended}
     curves = [x for x in axes.lines if x not in (*marks, *reds(axes)) and x.get_marker() != "None"]
-    assert drawn(curves) == sum(probe.position is not None for probe in probes)
+    assert mark_count(curves) == sum(probe.position is not None for probe in probes)
 
 
 @pytest.mark.parametrize("axis", AXES.values(), ids=lambda axis: axis.name)
@@ -90,21 +90,21 @@ def test_each_walk_has_a_row_and_wrong_undetected_come_first() -> None:
     levels = [str(row[1]).partition(",")[0] for row in rows]
     assert levels == sorted(levels, key=["wrong", "broken", "unbounded"].index)
     # Negative control: there is no row where no run is undetected.
-    assert not undetected_table(detected(walks))
-    assert undetected_words(detected(walks)).startswith("0 of ")
+    assert not undetected_table(with_all_detected(walks))
+    assert undetected_words(with_all_detected(walks)).startswith("0 of ")
 
 
 @pytest.mark.usefixtures("undrawn")
 def test_pages_state_undetected_runs_first(tmp_path: Path) -> None:
     study = limit_study()
-    files = rendered(study, tmp_path).files
+    files = render(study, tmp_path).files
     for name in ("README.md", f"{SCENE}.md"):
         text = str(files[name])
         assert text.index("**Wrong and undetected: ") < text.index("## "), name
     runs = study.maps[0].runs
     assert f"On the maps: {sum(run.undetected for run in runs)} of {len(runs)} runs" in str(files[f"{SCENE}.md"])
     # Negative control: nothing is said where nothing is.
-    calm = str(rendered(replace(study, walks=detected(study.walks), maps=()), tmp_path).files[f"{SCENE}.md"])
+    calm = str(render(replace(study, walks=with_all_detected(study.walks), maps=()), tmp_path).files[f"{SCENE}.md"])
     assert "No run was wrong and undetected" in calm
     assert "On the maps" not in calm
 
@@ -112,10 +112,10 @@ def test_pages_state_undetected_runs_first(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_study_of_one_axis_replaces_that_axis_alone(tmp_path: Path) -> None:
     study, again = limit_study(), of_axis("mass-ratio")
-    write_together([rendered(study, tmp_path)])
+    write_together([render(study, tmp_path)])
     walks = (replace(w, probes=tuple(replace(p, reason="new") for p in w.probes)) for w in again.walks)
     command = Reproduction("conrod limits {scene} --axis mass-ratio --out reports/limits")
-    batch = rendered(replace(again, walks=tuple(walks)), tmp_path, command)
+    batch = render(replace(again, walks=tuple(walks)), tmp_path, command)
     write_together([batch])
     found = restore_findings(LimitStudy, json.loads(str(batch.files[f"data/{SCENE}.json"])))
     assert [(w.axis, w.engine, w.preset) for w in found.walks] == [(w.axis, w.engine, w.preset) for w in study.walks]
@@ -123,7 +123,7 @@ def test_study_of_one_axis_replaces_that_axis_alone(tmp_path: Path) -> None:
     assert found.determinism == study.determinism
     assert f"`{COMMAND.command_for(SCENE)}; {command.command_for(SCENE)}`" in str(batch.files[f"{SCENE}.md"])
     # The same study whole again: nothing of the two remains.
-    assert command.command_for(SCENE) not in str(rendered(study, tmp_path).files[f"{SCENE}.md"])
+    assert command.command_for(SCENE) not in str(render(study, tmp_path).files[f"{SCENE}.md"])
 
 
 def test_nothing_is_kept_of_another_machine_or_another_engine() -> None:

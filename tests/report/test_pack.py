@@ -37,21 +37,21 @@ OTHER = {
 
 
 @cache
-def packed(name: str, scene: Scene) -> Mapping[str, str | bytes]:
+def pack_contents(name: str, scene: Scene) -> Mapping[str, str | bytes]:
     """Made once, without the drawing: that takes longer than all the rest."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("conrod.models.export.pack.mechanism_svg", lambda _: "<svg/>")
         return pack_files(name, scene, 90, 2, mechanism_file_bytes(name))
 
 
-def unpacked(name: str, scene: Scene, folder: Path) -> Path:
-    for file, content in packed(name, scene).items():
+def write_pack(name: str, scene: Scene, folder: Path) -> Path:
+    for file, content in pack_contents(name, scene).items():
         (folder / file).parent.mkdir(exist_ok=True)
         (folder / file).write_bytes(content.encode() if isinstance(content, str) else content)
     return folder
 
 
-def longer(name: str) -> DescribedScene:
+def lengthened_scene(name: str) -> DescribedScene:
     scene = catalogue_scene(name)
     place = next(p for p, v in scene.parameters.items() if p.endswith(".x") and p.startswith("bodies.") and v > 0.0)
     return scene.with_parameters(**{place: 1.01 * scene.parameters[place], "speed": -0.5 * scene.speed})
@@ -69,9 +69,11 @@ def scene_in(pack: Path) -> Scene:
 
 @pytest.mark.parametrize("name", ["saw-40rpm", "cam-follower", *MACHINES])
 def test_pack_gives_its_scene_back_and_an_exact_trajectory(name: str, tmp_path: Path) -> None:
-    given: Scene = longer(name) if name in MACHINES else SCENES[name].with_parameters(**OTHER.get(name, {"speed": 3.0}))
+    given: Scene = (
+        lengthened_scene(name) if name in MACHINES else SCENES[name].with_parameters(**OTHER.get(name, {"speed": 3.0}))
+    )
     usual = catalogue_scene(name).with_parameters(speed=given.speed) if name in MACHINES else SCENES[name]
-    pack = unpacked(name, given, tmp_path)
+    pack = write_pack(name, given, tmp_path)
     judge = scene_in(pack)
     assert judge == given != usual
     assert judge.mechanism() == given.mechanism()
@@ -97,11 +99,11 @@ def test_pack_mechanism_matches_scene_and_start_closes_pins() -> None:
     starts = {body["name"]: body["start_pose"] for body in document["bodies"]} | {"ground": [0.0, 0.0, 0.0]}
     for joint in document["joints"]:
         if joint["kind"] == "revolute":
-            ends = [_placed(starts[joint[side]], joint[f"point_{side}"]) for side in "ab"]
+            ends = [_place_point(starts[joint[side]], joint[f"point_{side}"]) for side in "ab"]
             assert abs(ends[0] - ends[1]) < 1e-3 * max(SCENES["shear-press"].lengths.values())
 
 
-def _placed(pose: list[float], point: list[float]) -> complex:
+def _place_point(pose: list[float], point: list[float]) -> complex:
     return complex(*pose[:2]) + cmath.exp(1j * pose[2]) * complex(*point)
 
 
@@ -147,7 +149,7 @@ def test_a_pack_that_cannot_be_written_writes_nothing(arguments: tuple[str, ...]
 
 def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> None:
     scene = catalogue_scene(PASS)
-    pack = unpacked(PASS, scene, tmp_path)
+    pack = write_pack(PASS, scene, tmp_path)
     reading = read(pack / "trajectory.csv", scene)
     values = reading.values
     assert values["time"][0] == pytest.approx(scene.kinematics.span[0] / scene.speed, abs=1e-15)

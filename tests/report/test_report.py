@@ -57,7 +57,7 @@ def a_result(name: str, size: float = 1e-6, engine: str = "mujoco", preset: str 
     )
 
 
-def ended(name: str, outcome: str, reason: str, passed: bool | None) -> ValidationResult:
+def incomplete_run(name: str, outcome: str, reason: str, passed: bool | None) -> ValidationResult:
     """A run that did not complete: it has no figures."""
     none = dict.fromkeys(("errors", "closure", "phase", "drive", "order", "curves"))
     run = a_result(name, preset="hardened")
@@ -125,7 +125,7 @@ def test_figures_ignore_last_bits_and_show_other_differences() -> None:
 
 @pytest.mark.parametrize(("outcome", "passed"), [("opened", False), ("lost-contact", None)])
 def test_incomplete_run_has_an_outcome_and_no_error_figure(outcome: str, passed: bool | None) -> None:
-    study = a_study("saw-40rpm", ended("saw-40rpm", outcome, "seen at 12.5 deg", passed))
+    study = a_study("saw-40rpm", incomplete_run("saw-40rpm", outcome, "seen at 12.5 deg", passed))
     page = page_of(study)
     assert f"{outcome}: seen at 12.5 deg" in page
     assert "No run completed" in page
@@ -197,7 +197,7 @@ def test_the_index_names_a_command_only_if_that_makes_all_of_it(tmp_path: Path) 
 
 @pytest.mark.usefixtures("undrawn")
 def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None:
-    lost = ended("cam-follower", "lost-contact", "seen at 12.5 deg", False)
+    lost = incomplete_run("cam-follower", "lost-contact", "seen at 12.5 deg", False)
     studies = a_study("saw-40rpm", a_result("saw-40rpm")), a_study("cam-follower", a_result("cam-follower"), lost)
     write_report(tmp_path, *studies)
     index = index_of(tmp_path)
@@ -209,7 +209,7 @@ def test_the_index_shows_errors_versions_and_what_failed(tmp_path: Path) -> None
 
 @pytest.mark.usefixtures("undrawn")
 def test_saved_findings_are_rounded_and_null_where_missing(tmp_path: Path) -> None:
-    lost = ended("saw-40rpm", "opened", "pin", False)
+    lost = incomplete_run("saw-40rpm", "opened", "pin", False)
     write_report(tmp_path, a_study("saw-40rpm", a_result("saw-40rpm", 1.2345678e-6), lost))
     good, bad = json.loads((tmp_path / "data/saw-40rpm.json").read_text(encoding="utf-8"))["results"]
     assert good["errors"]["C"]["position"]["rms"] == 1.23457e-6

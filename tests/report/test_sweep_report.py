@@ -37,7 +37,7 @@ def figure(study: SweepStudy) -> Figure:
         return work_precision_figure(study)
 
 
-def untimed(study: SweepStudy) -> SweepStudy:
+def without_timings(study: SweepStudy) -> SweepStudy:
     return replace(study, points=tuple(replace(p, cost=None, ratio=None) for p in study.points))
 
 
@@ -74,10 +74,10 @@ def test_every_run_with_a_cost_is_drawn_and_no_failed_one(study: SweepStudy, fig
 
 @pytest.mark.usefixtures("undrawn")
 def test_report_without_timings_has_no_diagram_and_no_costs(study: SweepStudy, tmp_path: Path) -> None:
-    batch = report_batch(SWEEP_REPORT, {study.name: untimed(study)}, tmp_path, COMMAND)
+    batch = report_batch(SWEEP_REPORT, {study.name: without_timings(study)}, tmp_path, COMMAND)
     assert "work-precision.svg" not in str(batch.files["saw-500rpm.md"])
     assert "No run was timed" in str(batch.files["saw-500rpm.md"])
-    assert not findings(untimed(study))
+    assert not findings(without_timings(study))
     assert findings(study)
 
 
@@ -93,13 +93,13 @@ def test_work_precision_page_quotes_measured_values() -> None:
     assert len(rows) > 20
     results = (ROOT / "reports" / "sweep" / "data" / "saw-500rpm.json").read_text(encoding="utf-8")
     points = restore_findings(SweepStudy, json.loads(results)).points
-    measured = {f"| {p.rule} | {p.steps_per_revolution} | {' | '.join(quoted(p))} |" for p in points}
+    measured = {f"| {p.rule} | {p.steps_per_revolution} | {' | '.join(quoted_cells(p))} |" for p in points}
     assert [row for row in rows if row not in measured] == []
     # Negative control: another digit is noticed.
     assert rows[0].replace("0.067", "0.068") not in measured
 
 
-def quoted(point: SweptPoint) -> list[str]:
+def quoted_cells(point: SweptPoint) -> list[str]:
     if not point.completed:
         return [point.outcome] * len(QUANTITIES)
     return [numbers.measured_text(point.error(quantity)) for quantity in QUANTITIES]

@@ -50,14 +50,14 @@ def report(allowed: float = 1e-4, subject: str = "saw") -> Verification:
     return Verification(subject, "within tolerance", "2026-01-01 00:00 UTC", f"conrod {subject}", sections, ())
 
 
-def resealed(page: bytes) -> bytes:
+def reseal(page: bytes) -> bytes:
     """A changed page with a hash that fits, as anybody can make it."""
     found = pages.SEAL.search(page)
     bare = page.replace(found[1], pages.UNSEALED)
     return bare.replace(pages.UNSEALED, hashlib.sha256(bare).hexdigest().encode())
 
 
-def refined(*errors: float | None, formal: int | None = 4) -> Refinement:
+def refinement_of(*errors: float | None, formal: int | None = 4) -> Refinement:
     return Refinement("run", "position", 200, tuple((100 * 2**k, error) for k, error in enumerate(errors)), formal)
 
 
@@ -161,17 +161,17 @@ def test_loosened_criterion_is_named_and_a_tighter_one_is_not() -> None:
 
 
 def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
-    assert not refined(16e-6, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
-    assert refined(8e-6, 4e-6, 2e-6, 1e-6).is_off
-    assert refined(16e-6, 1e-6, 1e-6, 1e-6).is_off
+    assert not refinement_of(16e-6, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
+    assert refinement_of(8e-6, 4e-6, 2e-6, 1e-6).is_off
+    assert refinement_of(16e-6, 1e-6, 1e-6, 1e-6).is_off
     # A plateau that the three finest approach at the formal order is an error all the same.
-    assert refined(*(1e-6 + 1e-6 / 16**k for k in range(4))).is_off
-    assert not refined(1e-12, 2e-12, 1e-12, 3e-12).is_off
-    assert not refined(8e-6, 4e-6, 2e-6, 1e-6, formal=None).is_off
-    assert refined(None, None, None).is_off
-    assert refined(16e-6, 1e-6, None).is_off
+    assert refinement_of(*(1e-6 + 1e-6 / 16**k for k in range(4))).is_off
+    assert not refinement_of(1e-12, 2e-12, 1e-12, 3e-12).is_off
+    assert not refinement_of(8e-6, 4e-6, 2e-6, 1e-6, formal=None).is_off
+    assert refinement_of(None, None, None).is_off
+    assert refinement_of(16e-6, 1e-6, None).is_off
     # Where the coarsest run is too coarse the three finest show it.
-    assert not refined(1e-3, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
+    assert not refinement_of(1e-3, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
 
 
 def test_uncertainty_is_safety_factor_times_distance_to_limit() -> None:
@@ -220,7 +220,7 @@ def test_wrong_rod_is_a_deviation_with_its_effect_on_a_point(tmp_path: Path, mon
     assert str(tmp_path).encode() not in page
 
 
-def measured(folder: Path, text: str) -> TableStudy:
+def study_measurements(folder: Path, text: str) -> TableStudy:
     path = folder / "encoder.csv"
     path.write_text(text)
     scene = SCENES["saw-40rpm"]
@@ -232,7 +232,7 @@ def measured(folder: Path, text: str) -> TableStudy:
 def test_measurements_are_held_to_a_complete_uncertainty_alone(
     tmp_path: Path,
 ) -> None:
-    table_study = measured(tmp_path, encoder_table())
+    table_study = study_measurements(tmp_path, encoder_table())
     within, none = supporting_sections.validation_section(None, table_study, (9e-5, 1e-5))
     assert none == []
     assert "does not stand out" in within.sentences[-1]
@@ -247,7 +247,7 @@ def test_verification_refuses_loss_or_mistake_in_one_line(tmp_path: Path) -> Non
     file, other, older = (tmp_path / f"{name}.html" for name in ("r", "other", "older"))
     file.write_bytes(sealed_page(report()).replace(b"1e-5", b"1e-6", 1))
     other.write_text("<p>mine</p>")
-    older.write_bytes(resealed(sealed_page(report()).replace(b'"subject"', b'"about"')))
+    older.write_bytes(reseal(sealed_page(report()).replace(b'"subject"', b'"about"')))
     assert valid_seal(older.read_bytes())
     for arguments, said in {
         ("saw-500rpm", "--verification", str(file)): "it was changed after it was written",

@@ -37,7 +37,7 @@ def normal(scene: Scene, link: str, first: tuple[float, float], second: tuple[fl
     return turning(scene, link) ** 2 * math.dist(first, second)
 
 
-def off(exact: float, printed: str) -> float:
+def last_digit_difference(exact: float, printed: str) -> float:
     """Difference in units of the last printed digit."""
     digits = len(printed.partition(".")[2])
     return (exact - float(printed)) * 10.0**digits
@@ -73,7 +73,7 @@ PRINTED: dict[str, tuple[str, Quantity, str, str]] = {
 def test_machine_reproduces_printed_number(number: str) -> None:
     machine, quantity, printed, length = PRINTED[number]
     scene = catalogue_scene(machine)
-    assert abs(off(quantity(scene), printed)) <= 0.5 + 1e-9
+    assert abs(last_digit_difference(quantity(scene), printed)) <= 0.5 + 1e-9
     # Negative control: a hundredth of a length, or of the speed, shows in the number long before its last digit.
     name = length if length == "speed" else f"bodies.{length}"
     changed = scene.with_parameters(**{name: 1.01 * scene.parameters[name]})

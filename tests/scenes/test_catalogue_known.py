@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from described import CATALOGUE, changed, tables
+from described import CATALOGUE, tables, with_entry
 
 from conrod.comparison.compare import compare
 from conrod.engines import engine_named
@@ -24,9 +24,9 @@ def scene(name: str) -> DescribedScene:
     return scene_from_tables(tables(CATALOGUE / f"{name}.toml"))
 
 
-def altered(name: str, place: str, value: Any) -> DescribedScene:
+def altered_scene(name: str, place: str, value: Any) -> DescribedScene:
     """A planted defect."""
-    return scene_from_tables(changed(CATALOGUE / f"{name}.toml", place, value))
+    return scene_from_tables(with_entry(CATALOGUE / f"{name}.toml", place, value))
 
 
 def turn_of(of: DescribedScene, body: str, angle: Array) -> Array:
@@ -34,7 +34,7 @@ def turn_of(of: DescribedScene, body: str, angle: Array) -> Array:
     return np.asarray(of.kinematics.poses(angle)[:, 3 * of.mechanism().body_index[body] + 2])
 
 
-def across(of: DescribedScene, point: str, angle: Array) -> Array:
+def x_positions(of: DescribedScene, point: str, angle: Array) -> Array:
     """x [m] of a point that goes up and down."""
     return np.asarray(of.motion(angle, 1.0).point(point).position[:, 0])
 
@@ -42,29 +42,29 @@ def across(of: DescribedScene, point: str, angle: Array) -> Array:
 def test_peaucellier_point_moves_on_a_line() -> None:
     of = scene("peaucellier")
     angle = of.kinematics.angles(721)
-    assert np.abs(across(of, "C", angle) - 0.14).max() < 1e-12 * 0.14
+    assert np.abs(x_positions(of, "C", angle) - 0.14).max() < 1e-12 * 0.14
     assert of.lengths["C"] == pytest.approx(2.0 * 0.14 * math.tan(math.radians(30.0)), rel=1e-6)
 
 
 def test_peaucellier_line_bends_when_circle_misses_pivot() -> None:
-    of = altered("peaucellier", "ground.points.Q", ["121 mm", 0])
-    assert np.ptp(across(of, "C", of.kinematics.angles(721))) > 1e-4
+    of = altered_scene("peaucellier", "ground.points.Q", ["121 mm", 0])
+    assert np.ptp(x_positions(of, "C", of.kinematics.angles(721))) > 1e-4
 
 
 def test_watt_point_leaves_its_line_at_fifth_order() -> None:
     """x = L^2 a^5 / (8 c) for arms L and a coupler 2 c, to leading order in the arms' turn a."""
     of, arm, half = scene("watt-straight-line"), 0.2, 0.06
     angle = np.radians([16.0, 8.0, 4.0])
-    left = np.abs(across(of, "P", angle))
+    left = np.abs(x_positions(of, "P", angle))
     assert np.log2(left[:-1] / left[1:]) == pytest.approx(5.0, abs=0.1)
     assert left[-1] == pytest.approx(arm**2 * angle[-1] ** 5 / (8.0 * half), rel=0.02)
-    assert np.ptp(across(of, "P", of.kinematics.angles(721))) < 0.02 * of.lengths["P"]
+    assert np.ptp(x_positions(of, "P", of.kinematics.angles(721))) < 0.02 * of.lengths["P"]
 
 
 def test_watt_point_off_the_middle_leaves_its_line_at_once() -> None:
-    beside = altered("watt-straight-line", "bodies.coupler.points.P", [0, "6 mm"])
+    beside = altered_scene("watt-straight-line", "bodies.coupler.points.P", [0, "6 mm"])
     angle = np.radians([0.0, 4.0])
-    middle, off = (np.ptp(across(of, "P", angle)) for of in (scene("watt-straight-line"), beside))
+    middle, off = (np.ptp(x_positions(of, "P", angle)) for of in (scene("watt-straight-line"), beside))
     assert off > 10.0 * middle
 
 
@@ -83,7 +83,7 @@ def test_jansen_foot_stays_down_for_half_a_turn() -> None:
 
 
 def test_jansen_leg_with_one_wrong_rod_does_not_walk() -> None:
-    share, step, _ = ground_phase(altered("jansen-leg", "bodies.k.points.V", ["55 cm", 0]))
+    share, step, _ = ground_phase(altered_scene("jansen-leg", "bodies.k.points.V", ["55 cm", 0]))
     assert share < 0.45 or step < 0.5
 
 
@@ -101,7 +101,7 @@ def test_geneva_wheel_turns_a_quarter_without_velocity_jump() -> None:
 
 
 def test_geneva_wheel_at_wrong_distance_starts_with_jump() -> None:
-    of = altered("geneva", "ground.points.O4", ["86 mm", 0])
+    of = altered_scene("geneva", "ground.points.O4", ["86 mm", 0])
     speed = np.linalg.norm(of.motion(of.kinematics.angles(181), 1.0).point("rim").velocity, axis=1)
     assert speed[0] > 1e-3 * speed.max()
 
@@ -115,7 +115,7 @@ def test_planetary_gear_turns_by_willis_formula() -> None:
 
 
 def test_planetary_ratio_follows_teeth() -> None:
-    whole = changed(CATALOGUE / "planetary-gear.toml", "joints.sun-mesh.radii", ["18 mm", "17 mm"])
+    whole = with_entry(CATALOGUE / "planetary-gear.toml", "joints.sun-mesh.radii", ["18 mm", "17 mm"])
     whole["joints"]["ring-mesh"]["radii"] = ["17 mm", "52 mm"]
     assert turn_of(scene_from_tables(whole), "carrier", TURN)[-1] == pytest.approx(2.0 * math.pi / (1.0 + 52.0 / 18.0))
 

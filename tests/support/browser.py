@@ -38,14 +38,14 @@ def browser(width: int = 1280, scripts: bool = True) -> Iterator[Any]:
         page.quit()
 
 
-def opened(page: Any, file: Path) -> Any:
+def open_page(page: Any, file: Path) -> Any:
     """The browser with a file open, and nothing recorded of what was open before."""
     page.get_log("performance"), page.get_log("browser")
     page.get(file.as_uri())
     return page
 
 
-def asked_for(page: Any) -> list[str]:
+def requested_addresses(page: Any) -> list[str]:
     """Addresses that were asked for since this was looked at last."""
     messages = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
     asked = [one["params"]["request"]["url"] for one in messages if one["method"] == "Network.requestWillBeSent"]

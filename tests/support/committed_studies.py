@@ -37,6 +37,6 @@ def of_axis(axis: str) -> LimitStudy:
     return replace(limit_study(), walks=walks, maps=(), determinism=(), floats=())
 
 
-def detected(walks: Sequence[Walk]) -> tuple[Walk, ...]:
+def with_all_detected(walks: Sequence[Walk]) -> tuple[Walk, ...]:
     """The same walks, had every engine warned."""
     return tuple(replace(w, probes=tuple(replace(p, undetected=False) for p in w.probes)) for w in walks)

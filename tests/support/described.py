@@ -20,7 +20,7 @@ def tables(path: Path = SLIDER_CRANK) -> dict[str, Any]:
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
-def changed(path: Path, place: str, value: Any) -> dict[str, Any]:
+def with_entry(path: Path, place: str, value: Any) -> dict[str, Any]:
     """The tables of a file with another value at a dotted place; None removes it."""
     whole = tables(path)
     *way, last = place.split(".")
@@ -34,14 +34,14 @@ def changed(path: Path, place: str, value: Any) -> dict[str, Any]:
     return whole
 
 
-def shuffled(given: Any, seed: int) -> Any:
+def shuffle_declarations(given: Any, seed: int) -> Any:
     """The same tables declared in another order, and pins with their two points the other way round."""
     chance = random.Random(seed)
     if not isinstance(given, dict):
         return given
     names = list(given)
     chance.shuffle(names)
-    turned = {name: shuffled(given[name], seed + 1) for name in names}
+    turned = {name: shuffle_declarations(given[name], seed + 1) for name in names}
     if "connects" in turned and chance.random() < 0.5:
         turned["connects"] = turned["connects"][::-1]
     return turned

@@ -68,7 +68,7 @@ def chosen_mutants(folder: Path) -> set[str] | None:
     return {name for one in json.loads(file.read_text(encoding="utf-8")).values() for name in one["names"]}
 
 
-def listed(page: str) -> list[Change]:
+def listed_changes(page: str) -> list[Change]:
     """Changes that a page lists as rows: function, changed to, reason; several changes share a reason."""
     rows = re.findall(r"^\| `(conrod\.[\w.]+)` \| (`.+?`) \| \S.* \|$", page, re.MULTILINE)
     return [(function, change) for function, changes in rows for change in re.findall(r"`(.+?)`", changes)]
@@ -80,7 +80,7 @@ def function_of(mutant: str) -> str:
     return f"{module}.{name[2:].replace('ǁ', '.')}"
 
 
-def equivalent(survivors: list[str], changes: list[Change], lines: Callable[[str], str]) -> dict[str, Change]:
+def listed_survivors(survivors: list[str], changes: list[Change], lines: Callable[[str], str]) -> dict[str, Change]:
     """Survivors that are listed, with their change; `lines` are those that a mutant has in place of others."""
     of = {name: [change for change in changes if change[0] == function_of(name)] for name in survivors}
     return {name: one for name, own in of.items() if own for one in own if one[1] in lines(name)}
@@ -108,8 +108,11 @@ def counts_table(found: list[Module], same: Mapping[str, Change]) -> str:
 
 def main(folder: str, page: Path = PAGE, lines: Callable[[str], str] = changed_lines) -> int:
     """Print the share of each module, and those that survived."""
-    found, changes = modules(Path(folder), chosen_mutants(Path(folder))), listed(page.read_text(encoding="utf-8"))
-    same = equivalent([name for one in found for name in one.survivors], changes, lines)
+    found, changes = (
+        modules(Path(folder), chosen_mutants(Path(folder))),
+        listed_changes(page.read_text(encoding="utf-8")),
+    )
+    same = listed_survivors([name for one in found for name in one.survivors], changes, lines)
     for one in found:
         alike = sum(name in same for name in one.survivors)
         print(

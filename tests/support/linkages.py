@@ -22,7 +22,7 @@ def four_bar(
     along = (distance**2 + coupler**2 - rocker**2) / (2.0 * distance)
     aside = branch * math.sqrt(coupler**2 - along**2)
     b = a + (along * way + aside * np.array([-way[1], way[0]])) / distance
-    return assembled(
+    return assemble_mechanism(
         "four-bar",
         {"crank": ((0.0, 0.0), tuple(a)), "coupler": (tuple(a), tuple(b)), "rocker": (tuple(pivot), tuple(b))},
         [
@@ -38,7 +38,7 @@ def slider_crank(crank: float, rod: float, offset: float = 0.0, turn: float = 0.
     """Shaft at the origin; the slider B moves along x at the height `offset`."""
     a = (crank * math.cos(turn), crank * math.sin(turn))
     b = (a[0] + math.sqrt(rod**2 - (a[1] - offset) ** 2), offset)
-    return assembled(
+    return assemble_mechanism(
         "slider-crank",
         {"crank": ((0.0, 0.0), a), "rod": (a, b), "slider": (b, (b[0] + 1.0, b[1]))},
         [
@@ -50,7 +50,7 @@ def slider_crank(crank: float, rod: float, offset: float = 0.0, turn: float = 0.
     )
 
 
-def assembled(
+def assemble_mechanism(
     name: str,
     links: dict[str, tuple[Place, Place]],
     pins: Iterable[tuple[str, str, str, Place]],

@@ -291,7 +291,7 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(name)
 
 
-def installed_in(folder: Path) -> Path:
+def install_in(folder: Path) -> Path:
     """A folder for `sys.path` in which a distribution brings all of them."""
     info = folder / "misbehaving_engines-1.0.dist-info"
     info.mkdir(parents=True)

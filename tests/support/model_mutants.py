@@ -14,7 +14,7 @@ from typing import Any
 from unittest.mock import patch
 from xml.etree import ElementTree
 
-from mutants import FACTORS, SLIPS, broken, quantity
+from mutants import FACTORS, SLIPS, break_text, quantity
 
 from tests.support.command_line import conrod
 
@@ -94,7 +94,7 @@ def mutant(path: Path, seed: str) -> bytes:
         kept = [word for k, word in enumerate(words[:-6]) if k // 3 % FEWER == 0]
         mesh.set("vertex", " ".join(kept + words[-6:]))
     if chance.random() < 0.1:
-        return broken(ElementTree.tostring(root), chance)
+        return break_text(ElementTree.tostring(root), chance)
     for _ in range(chance.choice((1, 1, 1, 2))):
         chance.choice(TREE_CHANGES)(root, chance)
     return ElementTree.tostring(root)
@@ -138,7 +138,7 @@ def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
     return End(int(done.returncode), "" if refused and known else done.stderr[-2000:], time.process_time() - begun)
 
 
-def tried(base: Path, seed: str, verb: str, folder: Path) -> End:
+def attempt_here(base: Path, seed: str, verb: str, folder: Path) -> End:
     """The same in the process that calls, where it costs no start of Python."""
     with patch("conrod.execution.local.call_on_file", _here), patch(*QUICK):
         return attempt(base, seed, verb, folder)

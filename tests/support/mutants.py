@@ -43,7 +43,7 @@ def places(whole: Any, way: Way = ()) -> list[Way]:
     return [found for key, value in inner for found in [(*way, key), *places(value, (*way, key))]]
 
 
-def at(whole: Any, way: Way) -> Any:
+def value_at(whole: Any, way: Way) -> Any:
     """What stands in a place."""
     for key in way:
         whole = whole[key]
@@ -59,13 +59,13 @@ def put(whole: Any, way: Way, value: Any) -> Any:
     return copy
 
 
-def without(whole: Any, way: Way) -> Any:
+def without_entry(whole: Any, way: Way) -> Any:
     """A copy without what stands in one place."""
     copy = dict(whole) if isinstance(whole, dict) else list(whole)
     if len(way) == 1:
         del copy[way[0]]
     else:
-        copy[way[0]] = without(copy[way[0]], way[1:])
+        copy[way[0]] = without_entry(copy[way[0]], way[1:])
     return copy
 
 
@@ -73,7 +73,11 @@ def without(whole: Any, way: Way) -> Any:
 
 
 def _numbers(whole: Tables) -> list[Way]:
-    return [way for way in places(whole) if isinstance(at(whole, way), int | float | str) and quantity(at(whole, way))]
+    return [
+        way
+        for way in places(whole)
+        if isinstance(value_at(whole, way), int | float | str) and quantity(value_at(whole, way))
+    ]
 
 
 def quantity(given: Any) -> tuple[float, str] | None:
@@ -87,7 +91,7 @@ def quantity(given: Any) -> tuple[float, str] | None:
 
 def _number(whole: Tables, way: Way, change: Callable[[float], float]) -> Tables:
     """A copy with another number in one place, in the same unit."""
-    number, unit = quantity(at(whole, way)) or (0.0, "")
+    number, unit = quantity(value_at(whole, way)) or (0.0, "")
     return put(whole, way, f"{change(number)!r} {unit}" if unit else change(number))
 
 
@@ -97,7 +101,7 @@ def slip(whole: Tables, chance: random.Random) -> Tables:
     return _number(whole, way, lambda _: other) if chance.random() < 0.7 else put(whole, way, other)
 
 
-def scaled(whole: Tables, chance: random.Random) -> Tables:
+def scale_numbers(whole: Tables, chance: random.Random) -> Tables:
     """One to three numbers become multiples of themselves: most of the machines that this makes can be read."""
     for _ in range(chance.randint(1, 3)):
         factor = chance.choice([*FACTORS, chance.uniform(0.3, 3.0)])
@@ -105,7 +109,7 @@ def scaled(whole: Tables, chance: random.Random) -> Tables:
     return whole
 
 
-def nearly(whole: Tables, chance: random.Random) -> Tables:
+def nudge_number(whole: Tables, chance: random.Random) -> Tables:
     """A number moves by very little: nearly singular machines stay near, and exact coincidences break."""
     way, by = chance.choice(_numbers(whole)), chance.choice((-1.0, 1.0)) * 10.0 ** chance.uniform(-17.0, -2.0)
     return _number(whole, way, lambda number: number + by * max(abs(number), 0.1))
@@ -115,28 +119,28 @@ def out_of_scale(whole: Tables, chance: random.Random) -> Tables:
     """Numbers in another power of ten: one, some, or all lengths, as of units that were left out or mistaken."""
     factor = 10.0 ** chance.choice([k for k in range(-9, 10) if k])
     ways, some = _numbers(whole), chance.choice([1, 2, 0])
-    lengths = [way for way in ways if str(at(whole, way)).endswith("m") or way[-1] in (0, 1)]
+    lengths = [way for way in ways if str(value_at(whole, way)).endswith("m") or way[-1] in (0, 1)]
     for way in chance.sample(ways, some) if some else lengths:
         whole = _number(whole, way, lambda number: number * factor)
     return whole
 
 
-def moved_about(whole: Tables, chance: random.Random) -> Tables:
+def move_entry(whole: Tables, chance: random.Random) -> Tables:
     """Something becomes another thing, has the contents of another place or another name, or is missing."""
     way, other = chance.choice(places(whole)), chance.choice(places(whole))
     match chance.choice(("worded", "swapped", "dropped", "renamed")):
         case "worded":
             return put(whole, way, chance.choice([*TEXTS, *WORDS, *THINGS, *SLIPS]))
         case "swapped" if way[: len(other)] != other and other[: len(way)] != way:
-            return dict(put(put(whole, way, at(whole, other)), other, at(whole, way)))
+            return dict(put(put(whole, way, value_at(whole, other)), other, value_at(whole, way)))
         case "renamed" if isinstance(way[-1], str):
             name = chance.choice([*WORDS, *TEXTS, *(w[-1] for w in places(whole) if isinstance(w[-1], str))])
-            return dict(put(without(whole, way), (*way[:-1], name), at(whole, way)))
+            return dict(put(without_entry(whole, way), (*way[:-1], name), value_at(whole, way)))
         case _:
-            return dict(without(whole, way))
+            return dict(without_entry(whole, way))
 
 
-def broken(text: bytes, chance: random.Random) -> bytes:
+def break_text(text: bytes, chance: random.Random) -> bytes:
     """A line is missing, twice there or in the place of another one; some bytes are others; the end is missing."""
     lines, k = text.splitlines(keepends=True), chance.randrange(len(text))
     i, j = chance.randrange(len(lines)), chance.randrange(len(lines))
@@ -157,8 +161,10 @@ def mutant(path: Path, seed: int) -> bytes | Tables:
     chance = random.Random(f"{path.name} {seed}")
     text = path.read_bytes()
     if chance.random() < 0.25:
-        return broken(text, chance)
-    return chance.choice((slip, scaled, scaled, nearly, moved_about, moved_about))(parse_toml(text), chance)
+        return break_text(text, chance)
+    return chance.choice((slip, scale_numbers, scale_numbers, nudge_number, move_entry, move_entry))(
+        parse_toml(text), chance
+    )
 
 
 # -- what becomes of them --------------------------------------------------------------------------------------------
@@ -180,14 +186,14 @@ def one_line(error: InvalidInput) -> str:
     return text
 
 
-def moved(scene: DescribedScene) -> None:
+def check_motion(scene: DescribedScene) -> None:
     """Its exact motion is one."""
     low, high = scene.kinematics.span
     for point in scene.motion(np.linspace(low, high, 9), scene.speed).points.values():
         assert np.isfinite(point.position).all()
 
 
-def stepped(scene: DescribedScene) -> list[str]:
+def outcomes_in_engines(scene: DescribedScene) -> list[str]:
     """How short runs of it end, with the first and the last preset of each engine; a setting may be refused."""
     ends = []
     for engine in map(engine_named, ENGINES):
@@ -220,7 +226,7 @@ def in_time(what: str, longest: float = LONGEST_TIME) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
-def tried(path: Path, seeds: range, engines: bool) -> Counter[str]:
+def count_outcomes(path: Path, seeds: range, engines: bool) -> Counter[str]:
     """How many of a file's mutants were refused, and how many moved; those are stepped in both engines too."""
     warnings.simplefilter("error")
     ends: Counter[str] = Counter()
@@ -228,8 +234,8 @@ def tried(path: Path, seeds: range, engines: bool) -> Counter[str]:
         with in_time(f"{path.name}, mutant {seed}"):
             found = read(mutant(path, seed))
             if isinstance(found, DescribedScene):
-                moved(found)
+                check_motion(found)
                 if engines:
-                    stepped(found)
+                    outcomes_in_engines(found)
             ends["valid" if isinstance(found, DescribedScene) else "refused"] += 1
     return ends

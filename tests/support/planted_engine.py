@@ -111,7 +111,7 @@ class LawfulEngine(PlantedEngine):
 ENGINE = PlantedEngine()
 
 
-def installed_in(
+def install_in(
     folder: Path, value: str = "planted_engine:ENGINE", name: str = NAME, distribution: str = "planted-engine"
 ) -> Path:
     """A folder for `sys.path` in which a distribution brings the engine, as pip would leave it."""

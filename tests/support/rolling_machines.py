@@ -18,7 +18,7 @@ TOOTH, WHEEL = 0.05, 0.08  # radii of a wheel and of the one that it drives
 PIN = 0.015  # of points on wheels, from their middles
 
 
-def driven(mechanism: Mechanism) -> GenericReference:
+def at_test_speed(mechanism: Mechanism) -> GenericReference:
     """At the speed of these tests."""
     return GenericReference(mechanism, SPEED)
 

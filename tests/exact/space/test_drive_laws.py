@@ -23,17 +23,17 @@ def table(tmp_path: Path) -> str:
     return f"table:{tmp_path / 'law.csv'}"
 
 
-def of(text: str, unit: str = "rad", start: float = 0.3) -> DriveLaw:
+def law_from_text(text: str, unit: str = "rad", start: float = 0.3) -> DriveLaw:
     return parse_drive_law(text, unit, start, "crank")
 
 
-def at(law: DriveLaw, *times: float) -> Array:
+def evaluate_law(law: DriveLaw, *times: float) -> Array:
     return law.derivatives(np.array(times))
 
 
 @pytest.mark.parametrize("text", ["-45rpm", "sine:20deg,1.5Hz", "move:10deg,-90deg,2s", "hold", "TABLE"])
 def test_drive_law_derivatives_match_differences(text: str, table: str) -> None:
-    law, times = of(table if text == "TABLE" else text), np.linspace(0.05, 1.9, 23)
+    law, times = law_from_text(table if text == "TABLE" else text), np.linspace(0.05, 1.9, 23)
     here, ends = law.derivatives(times), [law.derivatives(times + side * STEP) for side in (-1.0, 1.0)]
     for order in (1, 2, 3):
         change = (ends[1][order - 1] - ends[0][order - 1]) / (2.0 * STEP)
@@ -55,17 +55,17 @@ def test_drive_law_derivatives_match_differences(text: str, table: str) -> None:
 def test_drive_laws_have_stated_start_and_duration(
     text: str, unit: str, begin: tuple[float, ...], duration: float, table: str
 ) -> None:
-    law = of(table if text == "TABLE" else text, unit)
-    assert at(law, 0.0)[: len(begin), 0] == pytest.approx(begin, abs=1e-15)
+    law = law_from_text(table if text == "TABLE" else text, unit)
+    assert evaluate_law(law, 0.0)[: len(begin), 0] == pytest.approx(begin, abs=1e-15)
     assert law.duration == pytest.approx(duration)
     if text in ("TABLE", "move:10deg,90deg,3s"):
-        end = at(law, law.duration)[0, 0]
-        assert at(law, law.duration + 0.1, law.duration + 50.0).tolist() == [[end, end], *[[0.0, 0.0]] * 3]
+        end = evaluate_law(law, law.duration)[0, 0]
+        assert evaluate_law(law, law.duration + 0.1, law.duration + 50.0).tolist() == [[end, end], *[[0.0, 0.0]] * 3]
 
 
 def test_table_law_interpolates_by_quintic_spline(table: str) -> None:
     times = np.linspace(0.4, 1.6, 50)
-    found, truth = of(table).derivatives(times), 3.0 * (times + 0.3)
+    found, truth = law_from_text(table).derivatives(times), 3.0 * (times + 0.3)
     for order, bar in enumerate((1e-9, 1e-7, 1e-5, 1e-3)):
         exact = 3.0**order * np.sin(truth + 0.5 * math.pi * order)
         assert found[order] == pytest.approx(exact, abs=bar)
@@ -88,6 +88,6 @@ def test_drive_law_refuses_invalid_text_in_one_line(tmp_path: Path) -> None:
         (tmp_path / f"{number}.csv").write_text(content)
     for text, words in (texts | {f"table:{tmp_path}/{k}.csv": said for k, said in enumerate(tables.values())}).items():
         with pytest.raises(InvalidInput, match=words) as refused:
-            of(text)
+            law_from_text(text)
         assert "crank" in str(refused.value)
         assert "\n" not in str(refused.value)
