@@ -84,7 +84,7 @@ def scheme_errors(machine: Any, steps: int, start: float = 0.3) -> list[float]:
 
 
 @pytest.mark.parametrize("machine", [SAW, REVERSED, LEG], ids=["saw", "reversed", "leg"])
-def test_lags_times_the_step_squared_are_the_errors_of_the_scheme(machine: Any) -> None:
+def test_errors_of_the_scheme_are_lags_times_the_step_squared(machine: Any) -> None:
     step = 2.0 * math.pi / 2000
     assert np.array(largest_lags(machine)) * step**2 == pytest.approx(scheme_errors(machine, 2000), rel=0.01)
 
@@ -137,7 +137,7 @@ def gain(machine: Any) -> float:
     ],
     ids=["weight", "force", "late"],
 )
-def test_weight_rounding_is_three_eps_of_the_acceleration_of_a_step(machine: Any, law: LoadLaw, force: float) -> None:
+def test_weight_rounding_is_three_eps_of_acceleration_in_a_step(machine: Any, law: LoadLaw, force: float) -> None:
     machine, h = loaded_machine(machine, law), 0.01
     mass = machine.kinematics.mechanism.bodies[-1].mass
     rounded = 3.0 * 2.0**-52 * math.hypot(force / mass, 9.81) * h * gain(machine)
@@ -182,26 +182,26 @@ LAGS = [
 ]
 
 
-def test_the_law_is_the_lag_with_its_next_term_and_rounding_over_powers_of_the_step(parts: dict[str, Any]) -> None:
+def test_error_law_is_the_lag_with_its_next_term_and_rounding(parts: dict[str, Any]) -> None:
     assert law_of() == pytest.approx(LAGS, rel=1e-14)
     parts["rounding_bound"] = 1e-4
     assert law_of() == pytest.approx([lag + 1e-4 / STEP**k for k, lag in enumerate(LAGS)], rel=1e-14)
 
 
-def test_the_law_is_that_of_the_first_samples_where_these_are_larger(parts: dict[str, Any]) -> None:
+def test_error_law_is_of_the_first_samples_if_these_are_larger(parts: dict[str, Any]) -> None:
     parts["first_sample_errors"] = [1.0, 0.0, 3.0]
     first = 1.0 + ITERATION_ERROR_SHARE
     assert law_of() == pytest.approx([first, LAGS[1], 3.0 * first], rel=1e-14)
 
 
-def test_rounding_of_weight_counts_where_it_is_more_than_a_millionth(parts: dict[str, Any]) -> None:
+def test_weight_rounding_counts_if_more_than_a_millionth(parts: dict[str, Any]) -> None:
     parts["weight_rounding"] = [1.01e-6 * LAGS[0], 0.99e-6 * LAGS[1], 2.0]
     found = law_of()
     assert found[0] == pytest.approx(LAGS[0] * (1.0 + 1.01e-6), rel=1e-14)
     assert found[1:] == pytest.approx([LAGS[1], LAGS[2] + 2.0], rel=1e-14)
 
 
-def test_the_parts_of_the_law_are_asked_for_the_same_machine_steps_and_start(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_of_error_law_get_the_same_machine_steps_and_start(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: dict[str, Any] = {}
 
     def answer(name: str, value: Any) -> None:
@@ -222,7 +222,7 @@ def test_the_parts_of_the_law_are_asked_for_the_same_machine_steps_and_start(mon
     }
 
 
-def test_there_is_no_law_without_full_correction_nor_at_a_change_point() -> None:
+def test_error_law_requires_full_correction_and_no_change_point() -> None:
     assert expected_error(SAW, PymunkSettings.stock(SAW, 100)) == ExpectedError()
     flat: Any = catalogue_scene("parallelogram")
     assert expected_error(flat, PymunkSettings.tuned(flat, 100)) == ExpectedError(law=NO_BOUND_AT_CHANGE_POINT)
@@ -232,7 +232,7 @@ def test_there_is_no_law_without_full_correction_nor_at_a_change_point() -> None
 # -- cams --------------------------------------------------------------------------------------------------------------
 
 
-def test_the_shape_of_a_cam_is_off_by_its_polygon_over_the_cosine_of_the_pressure_angle() -> None:
+def test_cam_shape_error_is_polygon_error_over_pressure_cosine() -> None:
     settings = PymunkSettings.tuned(CAM, 2000)
     contact = CAM.kinematics.mechanism.cam_contacts[0]
     polygon = rounded_polygon(contact.profile, settings.cam_vertices)
@@ -259,7 +259,7 @@ def cam_law(machine: Any, settings: Any, falls: Any) -> tuple[float, float]:
 
 
 @pytest.mark.parametrize("speed", [1.0, -8.0, 60.0], ids=["slow", "reversed", "fast"])
-def test_the_law_of_a_cam_is_a_steps_fall_corners_and_the_polygon(speed: float) -> None:
+def test_error_law_of_a_cam_adds_fall_corners_and_polygon(speed: float) -> None:
     machine: Any = CAM.with_parameters(speed=speed)
     settings = PymunkSettings.tuned(machine, 2000)
     mechanism = machine.kinematics.mechanism
@@ -273,7 +273,7 @@ def test_the_law_of_a_cam_is_a_steps_fall_corners_and_the_polygon(speed: float) 
     assert (found.velocity, found.acceleration, found.law) == (None, None, error_bound.CONTACT_LAW)
 
 
-def test_a_loaded_follower_falls_by_its_weight_preload_and_spring() -> None:
+def test_loaded_follower_falls_by_weight_preload_and_spring() -> None:
     """A released follower is moved by weight, preload and spring, whatever its motion in contact."""
     stiffness, lift = 2000.0, CAM.kinematics.travel
     machine = loaded_machine(CAM.with_parameters(speed=60.0), Elastic(stiffness), 0.5 * math.pi)
