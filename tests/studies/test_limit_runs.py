@@ -20,6 +20,7 @@ from conrod.execution.case import Measurement
 from conrod.execution.local import FailedCall
 from conrod.execution.run import RunCase, measure
 from conrod.mechanism.loads import Displacement, Load, Steady
+from conrod.scenes import scene_named
 from conrod.studies.limits import determinism, stream_run
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.determinism import RepeatedCase
@@ -147,6 +148,16 @@ def test_a_streamed_run_has_the_errors_of_a_whole_one(
     at = piece.trajectory.bodies.acceleration.instants.angle  # type: ignore[union-attr]
     off = np.abs(piece.drive_torque - exact.evaluate(at))[1:].max() / exact.peak
     assert records.torque == pytest.approx(off, rel=1e-9)
+
+
+def test_a_failed_run_has_its_outcome_and_reason_and_no_errors() -> None:
+    scene = scene_named("saw-500rpm")
+    case = case_of(scene, "pymunk", "stock", 20)
+    found, whole = case.perform(), measure(RunCase("mine", scene, case.settings))
+    assert (found.outcome, found.errors) == (whole.outcome, None)
+    assert found.outcome != "completed"
+    assert found.reason
+    assert Extremes.from_measurement(found).samples > 0
 
 
 def test_a_follower_has_a_penetration_and_no_torque() -> None:

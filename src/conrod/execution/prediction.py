@@ -237,7 +237,9 @@ def _predictable_samples(
 def keep_worst(kept: dict[str, Misfit], quantity: str, found: Misfit | None) -> None:
     """Keep the larger misfit of a quantity, relative to its bound; NaN counts as the largest."""
     known = kept.get(quantity)
-    if found and not (known and found["difference"] * known["allowed"] <= known["difference"] * found["allowed"]):
+    if found is None or (known is not None and math.isnan(known["difference"])):
+        return
+    if known is None or not found["difference"] * known["allowed"] <= known["difference"] * found["allowed"]:
         kept[quantity] = found
 
 
