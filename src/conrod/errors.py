@@ -42,7 +42,7 @@ class Named(dict[str, T]):
     """A dict whose error for an unknown name suggests the nearest name and lists all.
 
     Attributes:
-        kind: what the names are of, for the message.
+        kind: what is named, such as "scene", for the message.
     """
 
     def __init__(self, entries: Mapping[str, T] | Iterable[tuple[str, T]] = (), kind: str = "name") -> None:

@@ -35,10 +35,10 @@ class EngineConformance:
 
     Attributes:
         engine: under test.
-        scenes: of conrod, that it is run on.
+        scenes: names of conrod's scenes that the engine is run on.
         steps: per revolution, the second twice the first.
         first_order: presets whose error is of first order, in which a lag cannot be told from it.
-        rounding: of the numbers that a state is kept in, over the travel: 2e-6 in single precision.
+        rounding: rounding of the engine's state, over the travel: 2e-6 in single precision.
         coarse: most that a position may be off over its travel at the coarser steps.
     """
 

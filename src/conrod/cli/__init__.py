@@ -127,7 +127,7 @@ def _say_warning(message: Warning | str, category: type[Warning], *place: object
 
 
 def _prepare() -> None:
-    """Output that no locale stops, an end by SIGTERM as by Ctrl-C; one thread, no module from the working folder."""
+    """Prepare the process: streams that any locale can print to, SIGTERM as Ctrl-C, one thread, a safe import path."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
@@ -154,7 +154,7 @@ SAID_AFTER = 5.0  # [s]
 
 
 def say(text: str, *, err: bool = False, nl: bool = True) -> None:
-    """Print text that commands no terminal. Without a line end it is data, and to a file or pipe stays as it is."""
+    """Print text without control characters; without a line end it is data, unchanged in a file or pipe."""
     stream = sys.stderr if err else sys.stdout
     click.echo(visible_text(text) if nl or stream.isatty() else text, err=err, nl=nl)
 

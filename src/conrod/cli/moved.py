@@ -23,7 +23,7 @@ WITH_VALUE = (
 
 
 def new_spelling(arguments: Sequence[str]) -> str | None:
-    """What to type in place of a command line of before; None of one that is spelled as it is now.
+    """Command line to type in place of one of an earlier version; None if it is valid today.
 
     Args:
         arguments: the verb and all that follows it.
@@ -61,7 +61,7 @@ def _subjects(words: Sequence[str]) -> list[str]:
 
 
 def _for_files_alone(words: Sequence[str], given: Sequence[str]) -> str | None:
-    """Why an option of files cannot be meant: only scenes are named; None where something else is."""
+    """Say that an option is for files, if the command line names scenes only; else None."""
     names = _subjects(words)
     if _names_machine_in_space(words) or any(_is_file(name) or Path(name).exists() for name in names):
         return None

@@ -66,7 +66,7 @@ class Verb(click.Command):
 
 
 def refuse_old_spelling(context: click.Context) -> None:
-    """Answer a command line that is spelled in another way now with the new one; raises InvalidInput."""
+    """Refuse a command line of an earlier version; InvalidInput names the one to type today."""
     from conrod.cli.moved import new_spelling
 
     if moved := new_spelling([str(context.info_name), *context.meta[TYPED]]):
@@ -102,7 +102,7 @@ html = click.option("--html", **SHARED["--html"])
 
 
 def option(name: str, heading: str = OPTIONS, **attributes: Any) -> Any:
-    """A field that is an option, by its names, attributes as of `click.option`; None or empty where not given."""
+    """A field that is an option, by its names, attributes as for `click.option`; None or empty where not given."""
     attributes = {**SHARED.get(name, {}), **attributes}
     empty: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
     return field(default=attributes.get("default", empty), metadata={"option": name, "heading": heading, **attributes})
@@ -140,7 +140,7 @@ def refuse(asked: Any, subject: str, *which: str) -> None:
 
     Args:
         asked: the values of options.
-        subject: what they do not go with, for the message: "a scene".
+        subject: what the options do not go with, for the message: "a scene".
         which: fields by name, or all under a heading.
 
     Raises:

@@ -26,7 +26,7 @@ class Outputs(Generic[F]):
     """Files that --out, --json and --html name.
 
     Attributes:
-        kind: of the report.
+        kind: kind of the report.
         asked: options of the verb.
         folder, file, html: None where not asked for.
     """
@@ -47,7 +47,7 @@ class Outputs(Generic[F]):
         """Print findings, then write all files or none, and print where the report is.
 
         Args:
-            command: that makes the report, for the report to print.
+            command: verb that makes the report, which the report states.
             subjects: scenes as they were typed, or files by the names of their pages.
             given: options of the command beside those that were asked for; those that are None were not given.
         """
@@ -101,7 +101,7 @@ def check_outputs(
     """Check what --out, --json and --html name: nothing else may be lost by them.
 
     Args:
-        parts: of the report.
+        parts: names of the report's parts: scenes or files.
         given: files that the user gave to be read, by what they are called.
 
     Raises:

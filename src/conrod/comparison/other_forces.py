@@ -19,9 +19,9 @@ class OtherForce:
 
     Attributes:
         kind: a constant of this module.
-        name: of the joint, tendon, pair of geoms, actuator or closure, with its type: "joint slide".
+        name: type and name of the joint, tendon, pair of geoms, actuator or closure: "joint slide".
         largest: largest size; of gravity its share.
-        unit: of the size; empty if the size is not given.
+        unit: unit of the size; empty if the size is not given.
         exact: whether the exact forces of a machine include it, so that forces can be compared all the same.
     """
 

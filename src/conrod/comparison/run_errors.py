@@ -121,7 +121,7 @@ class RunErrors(PointSizes):
     def __init__(self) -> None:
         super().__init__()
         self._largest: defaultdict[str, dict[str, float]] = defaultdict(dict)
-        self._phase: float  # of the last sample
+        self._phase: float  # phase error of the last sample [rad]
 
     def add(self, stretch: Stretch) -> None:
         super().add(stretch)

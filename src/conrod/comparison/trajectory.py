@@ -143,7 +143,7 @@ class Piece:
     """A part of a run with all its samples; the run itself may be of any length.
 
     Attributes:
-        trajectory: of this part; its outcome and reason are those of the run so far.
+        trajectory: trajectory of this part, with the outcome and reason of the run so far.
         first_step: index of its first new sample; earlier samples, which derivatives need, are new in no other piece.
         clock: of the engine, or of a user of an engine that has none: the sum of its steps so far, at the instants of
             the positions (T,) [s].

@@ -136,7 +136,7 @@ CAM_AND_FOLLOWER_BODIES = 2
 
 
 def contact_refusal(mechanism: Mechanism) -> str | None:
-    """Return the reason why engines cannot have the mechanism's cam, though it is solved exactly; else None."""
+    """Return the reason why no engine can run the mechanism's cam, though its motion is solved exactly; else None."""
     for contact in mechanism.cam_contacts:
         reason = concave_reason(contact.profile)
         if reason is None and (otherwise := _layout_refusal(mechanism, contact)):
@@ -169,9 +169,9 @@ class FollowerMotion:
 
     Attributes:
         lift: travel of the roller's centre [m].
-        distance: of the roller's centre from the shaft [m].
-        acceleration: of the follower along the slide [m/s^2], at the machine's speed.
-        cosine: of the pressure angle, between contact normal and slide.
+        distance: distance of the roller's centre from the shaft [m].
+        acceleration: acceleration of the follower along the slide [m/s^2], at the machine's speed.
+        cosine: cosine of the pressure angle, between contact normal and slide.
         force: contact force [N] in the exact motion, positive in compression.
         arcs: index of the arc (or segment) in contact.
         start: position of the roller's centre at crank angle 0 (2,) [m], in the cam's frame.

@@ -41,7 +41,7 @@ class KinematicResult:
 
     Attributes:
         angle: prescribed crank angles (T,) [rad].
-        poses: of all bodies (T, 3 n) [m, m, rad], in the order of `Mechanism.bodies`.
+        poses: poses (T, 3 n) [m, m, rad] of all bodies, in the order of `Mechanism.bodies`.
         points: position (T, 2) [m] and velocity (T, 2) [m/s] of each observed point, as the engine computes them; the
             velocity is None if the engine has none without stepping in time.
         shape_error: bound on the position error of the collision shape itself [m]; None without contact.

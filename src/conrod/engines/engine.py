@@ -206,7 +206,7 @@ class Preset(Generic[AnySettings]):
         forces: largest allowed error over the exact peak, by group of quantities (torque, reactions, contact).
         forces_order: order in the step by which `forces` grows at fewer steps than `default_steps`.
         order: formal order of the error of closed loops in the step, by quantity; absent if an error does not converge.
-        style: of its curves.
+        style: line style of its curves.
     """
 
     rule: Callable[[Machine, int], AnySettings]
@@ -234,7 +234,7 @@ class Engine(ABC, Generic[AnySettings]):
 
     Attributes:
         name: on the command line, in settings and results.
-        version: of the installed engine.
+        version: version of the installed engine.
         presets: by name, the engine as it comes (`STOCK`) first.
     """
 

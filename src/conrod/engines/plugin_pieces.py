@@ -43,7 +43,7 @@ class PieceChecker:
     """Checks the pieces of one run: each for itself, and that it continues the one before.
 
     Args:
-        engine, version, settings: of the run; a piece must state the same engine.
+        engine, version, settings: engine and settings of the run; a piece must state the same engine.
         samples: number of samples of the whole run.
     """
 

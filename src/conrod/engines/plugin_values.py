@@ -26,7 +26,7 @@ MAX_LINE_LENGTH = 300  # characters
 
 
 class EngineFault(RuntimeError):
-    """A failure of a plugin's engine that ends the case it was asked for; its text is one line."""
+    """A failure of a plugin's engine, which ends the case that it runs; its text is one line."""
 
 
 @contextmanager

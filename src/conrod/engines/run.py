@@ -171,7 +171,7 @@ def record_pieces(
     """Record a run in pieces of `steps` steps; the first piece has the start sample too.
 
     Args:
-        version: of the engine.
+        version: version of the engine.
         record: advances the engine to the last of T samples and returns their tracks; its arguments are the number in
             the run of the first sample and the nominal times (T,) [s].
         preceding: number of samples of the stretch before that come first again, at most.

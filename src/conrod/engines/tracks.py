@@ -31,7 +31,7 @@ class ForceTracks:
         joints: by joint name, then by component, (T,) each; names, signs and units as in
             `conrod.exact.dynamics.inverse.JointForces`.
         unsupported: reason why a quantity ("drive torque", or a joint's name) is not reported, by its name.
-        outcome: of the run; no forces are reported of a run that failed.
+        outcome: how the run ended; a run that failed reports no forces.
     """
 
     instants: Instants
@@ -56,7 +56,7 @@ def applied_forces(mechanism: Mechanism, poses: Array, rates: Array, times: Arra
     Moments are about the centres of gravity.
 
     Args:
-        poses, rates: of all bodies (T, 3 n).
+        poses, rates: poses and rates (T, 3 n) of all bodies.
         times: (T,) [s].
     """
     result = np.zeros((len(poses), len(mechanism.bodies), 3))
@@ -108,7 +108,7 @@ class FreeRun:
 
     Attributes:
         times: (T,) [s], step index times step, from 0.
-        poses, rates: of all bodies in the order of `Mechanism.bodies` (T, 3 n) [m, m, rad], both at `times`.
+        poses, rates: poses and rates (T, 3 n) [m, m, rad] in the order of `Mechanism.bodies`, both at `times`.
         energy: kinetic, and potential of weight, constant forces and conservative loads, (T,) [J].
         outcome: how the run ended.
         reason: details of the outcome; empty if the run completed.

@@ -71,7 +71,7 @@ def find_change_point(
     Args:
         angle: crank angle [rad] of the pose.
         poses: exact poses there (1, 3 n).
-        distance: how far to search [rad], negative backwards.
+        distance: angle to search through [rad], negative backwards.
     """
     if equations.mechanism.cam_contacts:
         return None

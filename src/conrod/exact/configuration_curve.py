@@ -55,7 +55,7 @@ class ConfigurationCurve:
     """Equations of the configuration curve; its points (T, 3 n) are poses with lengths over the mechanism's size.
 
     Attributes:
-        mechanism: of mobility one.
+        mechanism: mechanism of mobility one.
         scale: size of each coordinate (3 n,) [m, m, 1].
         unit: arc length that n bodies add together when each turns by one radian.
     """

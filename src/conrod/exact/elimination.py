@@ -148,19 +148,19 @@ class _Block:
         if len(right) == 1:
             unknown[self._columns[0]] = right[0] / self.matrix[:, 0, 0]
             return
-        for column, found in zip(self._columns, self._times(self._inverse, right), strict=True):
+        for column, found in zip(self._columns, self._multiply(self._inverse, right), strict=True):
             unknown[column] = found
 
     def solve_transposed(self, known: list[Entry], unknown: list[Entry]) -> None:
         """Write the unknowns of the transposed block, and subtract them from earlier columns' right-hand sides."""
         transposed = np.swapaxes(self._inverse, 1, 2)
-        found = self._times(transposed, [known[column] for column in self._columns])
+        found = self._multiply(transposed, [known[column] for column in self._columns])
         for row, values in zip(self._rows, found, strict=True):
             unknown[row] = values
         for row, column, value in self._before:
             known[column] = known[column] - value * unknown[row]
 
-    def _times(self, inverse: Array, right: list[Entry]) -> Array:
+    def _multiply(self, inverse: Array, right: list[Entry]) -> Array:
         """Products (k, T) of matrices (T, k, k) and right-hand sides."""
         stacked = np.stack([np.broadcast_to(value, self._samples) for value in right], axis=1)
         return np.asarray((inverse @ stacked[:, :, None])[:, :, 0].T)
@@ -219,8 +219,8 @@ def triangular_blocks(entries: Mapping[int, Sequence[int]], columns: Sequence[in
     """Blocks in the order of solution: entries of a block's rows outside its columns lie in earlier blocks.
 
     Args:
-        entries: of each row the columns where it has some.
-        columns: as many as there are rows.
+        entries: columns of the nonzero entries of each row.
+        columns: number of columns, equal to that of rows.
 
     Returns:
         One block of everything if no choice of one entry in each row meets every column: the matrix is singular.

@@ -33,7 +33,7 @@ class MotionTable:
     """Motion of Q columns by the crank angle: x, y and rotation of every body, then x and y of every observed point.
 
     Attributes:
-        names: of the columns (Q,): "crank.x", "crank.y", "crank.angle", ..., "C.x", "C.y".
+        names: names (Q,) of the columns: "crank.x", "crank.y", "crank.angle", ..., "C.x", "C.y".
         scales: divisors of errors (Q,): L [m] of a point, the longest L for bodies, 1 rad for rotations.
         knots: crank angles (K + 1,) [rad] that bound the intervals, breaks among them.
         coefficients: Taylor coefficients (K, Q, ORDER + 1) [m or rad, by rad^k] about the middles of the intervals.

@@ -59,10 +59,10 @@ class Baseline:
     """All results of a validation.
 
     Attributes:
-        of: what was asked for, in the words of the command.
+        of: arguments of the validation, as the command names them.
         hash: digest of that and of the scene.
         made_with: versions and platform.
-        results: by engine and preset, or by the label of a run.
+        results: results by engine and preset, or by the label of a run.
     """
 
     of: Mapping[str, Any]
@@ -181,8 +181,8 @@ class BaselineComparison:
     Attributes:
         written: whether the file was written, for the first time or again.
         accepted: whether that was asked for.
-        drifts: from what the file had.
-        versions: that are others, in words.
+        drifts: drifts from the results in the file.
+        versions: versions that differ from those in the file, in words.
     """
 
     file: Path

@@ -31,9 +31,9 @@ class BaselineCheck:
     """A baseline that was named, looked at before anything is run.
 
     Attributes:
-        scenes: that are studied, by name.
+        scenes: scenes that are studied, by name.
         before: content of the file; None where there is none.
-        now: what will be in it, with no results yet.
+        now: the baseline that will be written, with no results yet.
     """
 
     file: Path
@@ -80,7 +80,7 @@ class BaselineCheck:
         lines_of: Callable[[Sequence[Study]], dict[str, BaselineLine]],
         bands_like: Mapping[str, str] | None = None,
     ) -> BaselineComparison:
-        """Compare findings with the baseline, which is written where it is to be.
+        """Compare findings with the baseline; write it if there is none, or if the user accepts the findings.
 
         Args:
             find: finds the same of other scenes: at speeds that differ in the last bits, which shows how far rounding

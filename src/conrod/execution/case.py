@@ -39,7 +39,7 @@ class Measurement:
             quantities out of what is allowed alone; None where there is none, see `ReferenceGuard`.
         signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
             the last turn, the first at its start.
-        extremes: what was watched of a run at its engine's limits, see `conrod.studies.limits.records`.
+        extremes: records of a run at its engine's limits, see `conrod.studies.limits.records`.
         payload: further findings of one study, plain values that only this study reads; saved as `beside`.
     """
 
@@ -87,7 +87,7 @@ class Case(ABC):
     """A run of a scene, in any process on any machine, whose result a ledger can keep.
 
     Attributes:
-        name: of the scene, for people; not part of the key.
+        name: name of the scene, for people; not part of the key.
     """
 
     name: str

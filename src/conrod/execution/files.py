@@ -36,7 +36,7 @@ def files_to_write(given: Mapping[str, str | None], beside: Mapping[str, Path] |
     """Check the output files that options name, and return their paths by option.
 
     Args:
-        given: what was typed, None where nothing was.
+        given: text that was typed, by option; None where an option was not given.
         beside: other files, by what a user calls them.
 
     Raises:

@@ -46,8 +46,8 @@ class Ledger:
     damaged as a whole; what was kept before stays. A single damaged row counts as not there.
 
     Attributes:
-        claims: of this process on what it runs; closed with the ledger.
-        damaged: how many runs `rows` has left out.
+        claims: claims of this process on the cases that it runs; closed with the ledger.
+        damaged: number of runs that `rows` left out because their rows cannot be read.
     """
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:

@@ -194,7 +194,7 @@ class Claims:
     ends. Where the file system has no locks all claims are granted, and work may be done twice.
 
     Attributes:
-        path: of the file, which is made by the first claim and left where it is: another process may have it open.
+        path: path of the file; the first claim makes it, and it is never removed: another process may have it open.
     """
 
     def __init__(self, ledger: Path) -> None:

@@ -76,7 +76,7 @@ class RetryingExecutor(Executor):
                 return self.call(function, *arguments, **named)
         except KilledFromOutside:
             pass
-        with self._exclusive():
+        with self._hold_all_places():
             try:
                 return self.call(function, *arguments, **named)
             except KilledFromOutside as error:
@@ -85,8 +85,8 @@ class RetryingExecutor(Executor):
                 raise again if has_served else InvalidInput(start_failure_message(how)) from None
 
     @contextmanager
-    def _exclusive(self) -> Iterator[None]:
-        """Hold the places of all calls, so that no other call is made meanwhile."""
+    def _hold_all_places(self) -> Iterator[None]:
+        """Hold the places of all concurrent calls, so that no other call runs meanwhile."""
         with self._lone:
             for _ in range(self._count):
                 self._places.acquire()

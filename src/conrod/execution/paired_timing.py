@@ -52,7 +52,7 @@ class PairedTiming:
         low, high: interval that holds the median with 95 %, whatever the ratios' distribution, if the rounds are
             independent of each other.
         seconds, other_seconds: least CPU time [s], of the settings and of those they are compared with.
-        rounds: how many.
+        rounds: number of rounds.
     """
 
     ratio: float
@@ -96,7 +96,7 @@ def time_stepper_pair(
     Args:
         make_one, make_other: give a function that advances by a number of steps, from the start; what it then steps
             through should be the same in both.
-        rounds: how often both are timed, at least once.
+        rounds: number of times that both are timed, at least 1.
         clock: CPU time of the calling thread [ns].
     """
     spent: list[Array] = []
@@ -121,7 +121,7 @@ def time_settings_pair(
 
     Args:
         settings, other: of this engine, such that runs with them complete; see `timing.time_run`.
-        rounds: how often both are timed.
+        rounds: number of times that both are timed.
         clock: CPU time of the calling thread [ns].
     """
     each, make = (settings, other), require_capability(engine, TimedStepping).stepper
@@ -170,7 +170,7 @@ def _warm_up(blocks: Sequence[Block], warm_up: float, short: float = 0.0, most: 
     """Advance both for a time [s] through the same angles; return the number of units of a block.
 
     Args:
-        short: that the block of the faster one is to last [s].
+        short: duration [s] that the faster one's block must reach, as far as the other limits allow.
         most: units of a block.
     """
     units, total = 1, 0.0

@@ -183,7 +183,7 @@ def worst_misfit(
 
     Args:
         order: 0 for positions, 1 for velocities, 2 for accelerations.
-        name: of the observed point.
+        name: name of the observed point.
         off: predicted less measured error (T, 2) [SI].
         left: change (T, 2) [SI] of the point by the second Newton step.
         angle: crank angles (T,) [rad].

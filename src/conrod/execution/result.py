@@ -217,7 +217,7 @@ class EngineCase(Case, Generic[Found]):
     Attributes:
         engine: name.
         preset: name; None of kinematic mode.
-        plan: of the runs, and tolerances.
+        plan: plan of the runs, with the tolerances that a user asks for.
     """
 
     study: ClassVar[str]
@@ -328,7 +328,7 @@ def presets_study(
     """Study of each scene in each engine with each preset, by one kind of case, in one round.
 
     Args:
-        presets: to run, by engine name.
+        presets: names of the presets to run, by engine name.
     """
     found = yield from case_results(
         case(name, scene, engine.name, preset, plan)

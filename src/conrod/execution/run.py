@@ -33,8 +33,8 @@ class RunCase(Case):
     """A run of a scene at constant crank speed.
 
     Attributes:
-        revolutions: of the crank.
-        start_angle: of the crank [rad].
+        revolutions: revolutions of the crank.
+        start_angle: crank angle at the start [rad].
         signed_angles: equally spaced crank angles of the last turn at which signed errors are kept.
     """
 

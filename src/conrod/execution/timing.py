@@ -110,7 +110,7 @@ class Timing:
             process [s].
         ratio: the first over the second: a revolution costs as much as so many steps of the reference loop.
         steps: time steps that were timed in each repeat.
-        repeats: how often it was timed.
+        repeats: number of times that the run was timed.
         machine: fingerprint of the machine, for people and to tell machines apart.
     """
 

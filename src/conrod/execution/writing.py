@@ -74,7 +74,7 @@ class _Change:
     """A file that is to be replaced or removed.
 
     Attributes:
-        name: in the batch's folder, for messages.
+        name: name in the batch's folder, for messages.
         folder: descriptor of the folder that the file is in.
         last: the file's name there.
         temporary: name of its new content there; None where it is to be removed.

@@ -55,7 +55,7 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     """Parse a quantity and convert it to an SI unit.
 
     Args:
-        name: of the parameter, for the error.
+        name: name of the parameter, for the error.
         text: a number, SI, or a number with a unit of the same dimension.
         unit: the SI unit; empty for a plain number.
 

@@ -23,8 +23,8 @@ class PartsApart:
     """A closure between bodies whose parts do not meet.
 
     Attributes:
-        body: that it holds at a point, or at a distance, which is none of its geoms'.
-        distance: from there to the nearest of them, in the model's unit of length.
+        body: body whose held point, an anchor or an end of a distance, is at none of its geoms.
+        distance: distance from that point to the nearest geom of the body, in the model's unit of length.
         sites: of both bodies, to connect in its place, in the order of the closure; empty where one has none.
     """
 

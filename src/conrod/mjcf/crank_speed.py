@@ -14,10 +14,10 @@ STANDSTILL_TURNS = 0.01
 
 @dataclass(frozen=True)
 class CrankSpeed:
-    """Speed of the crank in the last turn of a run, for the duration of a turn at the scene's speed.
+    """Speed of the crank in the last part of a run, as long as a turn at the scene's speed.
 
     Attributes:
-        mean, least, most: of its speed [rad/s].
+        mean, least, most: mean, smallest and largest speed of the crank [rad/s].
         farthest: largest angle from where it starts, in the whole run [turns].
     """
 

@@ -26,7 +26,7 @@ class MachineComparison:
     Attributes:
         machine: its name, or the file that it is in.
         off: largest distance between the points of both [m]; None where the machine could not be moved so.
-        point: that is so far off.
+        point: the point that is off by `off`.
         differences: numbers and loops that the model has otherwise, in words.
         other_kinds: whether a joint or a closure among them is of another kind, wherever the points are.
         closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where

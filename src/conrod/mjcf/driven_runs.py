@@ -16,7 +16,7 @@ from conrod.engines.mujoco.compiled_edits import harden, set_step
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import RATES, SpatialTree, coordinate_weights
+from conrod.exact.space import RATES, SpatialTree, unit_displacements
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.mobility import SpatialForces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
@@ -141,7 +141,7 @@ def is_on_other_branch(
     """True if the closed pose nearest to coordinates (nq, 1) is not the exact one (nq, 1).
 
     Args:
-        names: of points that drives determine, which are no further apart than `near` where it is.
+        names: points that drives determine; on one branch they are no further apart than `near`.
     """
     try:
         nearest = machine.close_loops(coordinates, time)[0]
@@ -276,7 +276,7 @@ def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[st
     size, ranges = np.median(np.abs(changes), axis=0), np.ptp(rates, axis=0)
     swing = size / np.maximum(ranges, 1e-9)
     # What settles while others move, or rounds, swings in nothing.
-    weights = np.concatenate([coordinate_weights(tree, joint, RATES) for joint in tree.joints])
+    weights = np.concatenate([unit_displacements(tree, joint, RATES) for joint in tree.joints])
     swing[(ranges < 1e-6) | (size * weights < CHATTER_SWING * float(np.max(ranges * weights)))] = 0.0
     worst = int(np.argmax(np.where(back > CHATTER_SHARE, swing, 0.0)))
     if back[worst] <= CHATTER_SHARE or swing[worst] <= CHATTER_SWING:

@@ -38,12 +38,12 @@ class LoopRecording:
     """A run at K samples, all quantities of a sample at one instant.
 
     Attributes:
-        coordinates: of all joints (nq, K).
-        rates, accelerations: of all joints (nv, K).
-        points: by name position, velocity and acceleration (3, K, 3).
-        violations: of each closure (K,) [m], by name.
-        drives, reactions: of each driven joint (K,), and of each connect (K, 3), by name; empty where not asked for.
-        acting: what was seen to act besides weight, inertia and the loops.
+        coordinates: coordinates (nq, K) of all joints.
+        rates, accelerations: rates and accelerations (nv, K) of all joints.
+        points: position, velocity and acceleration (3, K, 3) of each point, by name.
+        violations: violation (K,) [m] of each closure, by name.
+        drives, reactions: forces of driven joints (K,) and of connects (K, 3), by name; empty if not asked for.
+        acting: forces that acted besides weight, inertia and the loops.
     """
 
     times: Array

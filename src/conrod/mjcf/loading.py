@@ -47,7 +47,7 @@ def names_of(model: mujoco.MjModel, kind: str) -> list[str]:
     """Names of all elements of a kind, in order; empty for an element without a name.
 
     Args:
-        kind: in lower case as in MuJoCo's names of kinds: body, joint, site, geom, equality, key, actuator.
+        kind: kind of object, as MuJoCo names it: body, joint, site, geom, equality, key, actuator.
     """
     kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
     count = getattr(model, COUNT_FIELDS.get(kind, f"n{kind}"))
@@ -87,7 +87,7 @@ def data_at_start(
 
     Args:
         keyframe: as in `keyframe_to_start_from`.
-        controls: that take the place of the keyframe's.
+        controls: controls that replace those of the keyframe.
 
     Raises:
         InvalidInput: the model has no such keyframe or actuator, or MuJoCo would clamp a control.

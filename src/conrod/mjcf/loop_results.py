@@ -28,12 +28,12 @@ class LoopRequest:
 
     Attributes:
         drives: law of each driven joint, as given (`conrod.exact.space.drive_laws`).
-        keyframe: to assemble it from; None for its reference pose.
+        keyframe: keyframe to assemble the model from; None for its reference pose.
         controls: inputs of actuators where it is run as its file has it.
         seconds: length of the runs; None for that of the slowest drive.
         points: sites that are judged; all where none is given.
         tolerance: allowed errors by quantity [SI]; empty where none are asked for.
-        machine: that it is to be, by name or as a model file; None where it is its own reference.
+        machine: machine that the model must be, a name or a model file; None if it is its own reference.
     """
 
     drives: Mapping[str, str]
@@ -50,15 +50,15 @@ class LoopRun:
     """A driven run with its largest errors over all judged points.
 
     Attributes:
-        label: of the settings: the model's own, or a preset.
+        label: name of the settings: the model's own, or a preset.
         errors: position [m], velocity [m/s] and acceleration [m/s^2]; empty where it did not complete.
         worst: the point with the largest error of position.
-        gap: how far its loops open at most [m], an angle by what it is at the machine's extent.
+        gap: largest gap of the loops [m]; angles are multiplied by the machine's extent.
         drives, reactions: largest deviation of each drive's torque and each connect's force, over the largest exact
             one; empty where forces are not computed.
-        order: of the position in the time step; None where none can be claimed, or none was looked for.
-        cost: of a second of the run over that with the model's own settings and step; None where it was not timed.
-        acting: what was seen to act besides weight, inertia and the loops.
+        order: observed order of the position in the time step; None if no order can be claimed, or none was measured.
+        cost: time that a simulated second takes, over that with the model's own settings and step; None if not timed.
+        acting: forces that acted besides weight, inertia and the loops.
     """
 
     label: str
@@ -118,7 +118,7 @@ class LawComparison:
     """The file's own run against the laws of the drives.
 
     Attributes:
-        speeds: of hinges that it turns and whose law is a constant speed; empty where there is none.
+        speeds: speeds of the hinges whose law is a constant speed; empty if there are none.
         other_branch: whether it begins or ends on another assembly branch than the laws' motion.
     """
 
@@ -141,13 +141,13 @@ class ShippedRun:
     """A run of the file as it is, with its actuators, from its start.
 
     Attributes:
-        start: in words.
-        gap: as of a `LoopRun`.
+        start: the start pose, in words.
+        gap: as in `LoopRun`.
         chatter: joint whose rate swings back and forth from step to step, and by how much over its range; None
             where none does.
         driven: whether it starts with a control or a rate that is not 0: without, nothing but weight moves it.
-        acting: as of a `LoopRun`.
-        laws: how it differs from what the drives prescribe; of a run that nothing drives it is not known.
+        acting: as in `LoopRun`.
+        laws: differences from the laws of the drives; unknown for a run that nothing drives.
     """
 
     start: str
@@ -175,20 +175,20 @@ class LoopStudy:
     """The study of a model's closed loops, with its verdict.
 
     Attributes:
-        name, engine_version: of the model and of MuJoCo.
-        seconds, travel: of the motion, and the longest way [m] of a judged point.
+        name, engine_version: name of the model, version of MuJoCo.
+        seconds, travel: duration of the motion [s], and the largest distance of a judged point from its start [m].
         held: joints that are held: a floating base.
-        misfit: what the loops stay open by where they contradict each other [m].
+        misfit: gap [m] that stays open in loops that contradict each other.
         kinematic: deviation of MuJoCo's own kinematics from the exact motion, by quantity, over the largest of each.
         ambiguous: connects whose reaction redundant closures leave open.
-        unmodelled: what acts that the exact forces do not have, so that forces are not compared.
+        unmodelled: forces that act and that the exact forces lack, so that forces are not compared.
         remarks: limits of joints and tendons that the motion leaves, contacts on the way, and the like.
-        runs: at the model's own step; `steps`: all others that were made.
-        cheapest: of the runs that are within tolerance; None where none is, or none was asked for.
-        paste: what to write into the model for that; empty without.
-        presets: of the file run as it is, its actuators included, with each preset's settings at its own step.
-        begins: where the file's own run begins with its loops open; None where they are closed.
-        points: that are judged.
+        runs: runs at the model's own step; `steps`: runs at other steps.
+        cheapest: cheapest run within tolerance; None if no run is, or no tolerance was asked for.
+        paste: text to write into the model for the settings of `cheapest`; empty without one.
+        presets: runs of the file with its actuators and its step, with each preset's settings.
+        begins: open start of the file's own run; None if its loops start closed.
+        points: points that are judged.
         compared: with the machine that it is to be; None where it is its own reference.
     """
 
@@ -254,6 +254,6 @@ class LoopStudy:
 
     @property
     def passed(self) -> bool:
-        """True if it is the machine, agrees, begins closed, and runs as shipped and driven, within tolerance."""
+        """True if it is the machine asked for, starts closed, and its shipped and driven runs are in tolerance."""
         held = self.own.is_within(self.question.tolerance) and not self.begins_open
         return self.is_machine and self.agrees and not self.shipped_failed and held

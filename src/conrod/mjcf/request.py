@@ -87,9 +87,9 @@ class ModelRequest:
 
     Attributes:
         crank: name of the hinge that is driven.
-        mobility: that the machine has, contacts counted.
+        mobility: mobility of the machine with its contacts.
         contacts: number of higher pairs of the machine, which a model may close by contact.
-        keyframe: to assemble the model from; None for its reference pose.
+        keyframe: keyframe to assemble the model from; None for its reference pose.
         controls: inputs of actuators in place of the keyframe's, where the model is run as its file has it.
         span: crank angles [rad] between which the machine makes its one pass; None where it turns fully; by the study.
         returns: whether all observed points of the machine are back after a turn; by the study.
@@ -106,7 +106,7 @@ class ModelRequest:
 
     @property
     def width(self) -> float:
-        """Angle [rad] that the crank goes through: the pass, or a turn."""
+        """Angle [rad] that the crank travels: the pass, or a turn."""
         return 2.0 * math.pi if self.span is None else self.span[1] - self.span[0]
 
 
@@ -136,9 +136,9 @@ class OpenStart:
     """Closures that are open at the start of a file's own run.
 
     Attributes:
-        pose: in words, such as 'its own pose'.
+        pose: the pose in words, such as 'its own pose'.
         gaps: opening of each closure that is open, by name, in the model's unit of length.
-        extent: of the machine, in the same unit.
+        extent: size of the machine, in the same unit.
         closed: the nearest closed pose as `qpos` of MJCF; empty where no pose near it closes the loops.
     """
 
@@ -165,17 +165,17 @@ class ModelFacts:
         joints: number of joints by kind: hinge, slide, ball, free.
         closures: number of active equality constraints by kind: connect, weld, joint, tendon, ...
         coordinates: degrees of freedom that the joints give.
-        rank: of the closures' Jacobian.
+        rank: rank of the closures' Jacobian.
         touching: names of the two geoms that make a higher pair; None where closures place everything.
-        settings: that it comes with, in words.
+        settings: the model's own settings, in words.
         stops: joints whose limits the turn leaves, with both.
-        start: of a run of the file as it is, in words.
+        start: start of the file's own run, in words.
         controls: inputs of all actuators in that run, by name or number.
-        begins: where that run begins with its loops open; None where they are closed.
+        begins: open start of that run; None if its loops start closed.
         about: closures that are inactive, handles, or hold parts that do not meet, in words.
         from_keyframe: whether that run starts from a keyframe, which is what a file says of its start.
         moves: whether it starts with a rate that is not 0.
-        rates: where they open the loops; None where they do not, or the loops are open anyway.
+        rates: start rates that open the loops; None if they do not, or if the loops are open anyway.
         rigid: observed points that are rigid with the crank, which no closure can move.
     """
 
@@ -204,12 +204,12 @@ class Scan:
     """One turn of a model with its crank held at T angles; for a one-pass input all that the crank can travel.
 
     Attributes:
-        coordinate: of the crank (T,), from the start of the turn upwards, evenly spaced.
+        coordinate: coordinate (T,) of the crank, evenly spaced upwards from the start of the turn.
         points: names of the P points that were given.
-        positions: of the points (P, T, 3).
-        turns: of the links that the points are on, about the crank's axis, from the first sample on (P, T) [rad].
-        anchor, axis: of the crank's hinge, a point and a unit vector.
-        wander: how far anchor and axis move in a turn.
+        positions: positions (P, T, 3) of the points.
+        turns: rotation (P, T) [rad] of the points' links about the crank's axis since the first sample.
+        anchor, axis: a point on the axis of the crank's hinge, and its unit vector.
+        wander: largest displacement of anchor and axis in a turn.
         shape_error: depth of a mesh's facets under its curve, where a contact places the points.
     """
 

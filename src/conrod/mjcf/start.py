@@ -24,9 +24,9 @@ def open_start(model: mujoco.MjModel, data: mujoco.MjData, extent: float, pose: 
     """Find the closures that are open in a pose; None if all are closed.
 
     Args:
-        data: at the pose.
-        extent: of the machine, in the model's unit of length.
-        pose: in words.
+        data: MuJoCo's data at the pose.
+        extent: size of the machine, in the model's unit of length.
+        pose: the pose, in words.
     """
     looked_at = copy.copy(data)
     with silence_warnings():
@@ -52,8 +52,8 @@ def start_rate_violation(machine: DrivenTree, data: mujoco.MjData) -> StartRates
     J v = 0 that leave those of driven joints as they are.
 
     Args:
-        machine: whose drives are not asked for their laws.
-        data: at the start.
+        machine: the machine; the laws of its drives are not used.
+        data: MuJoCo's data at the start.
     """
     tree, found = machine.tree, forward_kinematics(machine.tree, np.array(data.qpos)[:, None])
     rates, matrix = np.array(data.qvel), jacobian(found, 1)[0]

@@ -52,7 +52,7 @@ class SliderCrank(Scene):
             shaft, pin, slider: positions [m] of shaft, crank pin and slider, in the document's frame.
             driver: sense and start angle of the crank.
             rod_turn: rotation [rad] of the rod from +x.
-            direction: of the slide [rad] from +x.
+            direction: direction of the slide [rad] from +x.
             observed: points on the slider, and at the rod's centre of gravity.
         """
         return Mechanism(

@@ -55,7 +55,7 @@ class Dossier:
     Attributes:
         command, subject: verb, and the scene or file that it judges, as typed.
         before: the unchanged report that stands in the file's place; None where there is none.
-        scene: that is judged; None of a model that is its own reference.
+        scene: scene that is judged; None for a model that is its own reference.
         measured: measurements compared with the exact motion.
         uncertainties: standard, by length or `measured` [m].
     """
@@ -175,7 +175,7 @@ def _existing_report(file: Path) -> bytes | None:
 
 
 def _parse_uncertainties(texts: Sequence[str], scene: Scene | None) -> dict[str, float]:
-    """Standard uncertainties [m] by length, and of the measurements."""
+    """Parse `NAME=VALUE` texts to standard uncertainties [m] of lengths and of the measurements."""
     known = [MEASUREMENTS, *(name for name in (length_names(scene) if scene else ()) if name != ALL_LENGTHS)]
     form = "a length and its standard uncertainty: rod=0.1mm"
     sizes = named_values(texts, "--uncertainty", form, "length", known)

@@ -185,7 +185,7 @@ PRECEDING_SAMPLES = 2  # before a stretch of a run, from which its first velocit
 
 
 class Box2DStepper:
-    """A machine in the exact state of its start, or of a crank angle [rad]; a call advances it by steps.
+    """Stepper of a machine, from the exact state at its start or at a crank angle [rad]; a call advances it by steps.
 
     The engine sums speed x step in single precision, so the crank's angle is written from the step index, without whole
     revolutions, which would take digits from it, unless a slide ties another link's angle to it.

@@ -47,7 +47,7 @@ def mjcf_text(
     """MJCF text of a mechanism with settings.
 
     Args:
-        dress: what an exported model has for people to look at; None for the minimal model that is run.
+        dress: visual parts of an exported model; None for the minimal model that is run.
         sensors: False for a model that is only timed.
     """
     root = ET.Element("mujoco", model=model_name)

@@ -22,7 +22,7 @@ class DescribedMachine(Machine, Protocol):
     """A machine with title, source and frame to write into a file: a scene.
 
     Attributes:
-        title, source: of the machine, and of its dimensions.
+        title, source: title of the machine, and source of its dimensions.
         frame: origin, axes and the crank angle's sense.
     """
 

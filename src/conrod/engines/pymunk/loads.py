@@ -53,7 +53,7 @@ class LoadForces:
     """Applies a machine's loads to the bodies of its space.
 
     Args:
-        step: of the space [s].
+        step: time step of the space [s].
         ahead: time from the end of a step to the instant of its velocity [s].
     """
 

@@ -79,7 +79,7 @@ def joint_forces_of_motion(
     """Joint forces and drive torque for a motion of all bodies.
 
     Args:
-        poses, rates, accelerations: of the bodies (T, 3 n), as the joints allow them, and at no dead centre.
+        poses, rates, accelerations: motion (T, 3 n) of the bodies that satisfies the joints, away from dead centres.
         time: (T,) [s].
     """
     mechanism = kinematics.mechanism

@@ -137,7 +137,7 @@ class _CrankRangeSearch:
         raise InvalidInput(f"{self._kinematics.mechanism.name}: the limits of its crank angle were not found")
 
     def _end_before(self, point: Array, tangent: Array, direction: Array) -> RangeEnd:
-        """Return the limit that lies before a point, where the crank has turned back or the branch has changed."""
+        """Return the limit between the start and a point at which the crank has reversed or the branch has changed."""
         if not float(np.sum(tangent * direction)) > 0.0:
             return "limit"
         same = float(self._kinematics.branch(point * self._curve.scale)[0]) == self._branch

@@ -25,7 +25,7 @@ class SpatialJoint:
         coordinate, rate: index of its first number among all coordinates and all rates.
         anchor, axis: (3,) in the body's frame; a hinge turns positively about its axis.
         reference: coordinate at which the body is in its reference pose.
-        armature, damping, stiffness, spring: of the joint itself, the last one the spring's rest coordinate.
+        armature, damping, stiffness, spring: properties of the joint; `spring` is the rest coordinate of its spring.
         range: limits of its coordinate; None if it has none.
     """
 
@@ -66,7 +66,7 @@ class SpatialBody:
     Attributes:
         parent: number of the parent body, which comes before this one. Number 0 is the ground.
         place, turn: position (3,) [m] and rotation (3, 3) of its frame in the parent's at the reference pose.
-        joints: in the order in which they move it; empty if it is fixed to the parent.
+        joints: joints in the order in which they move the body; empty if it is fixed to the parent.
         centre: centre of gravity (3,) [m], in the body's frame.
         inertia: about the centre of gravity (3, 3) [kg m^2], along the body's axes.
     """
@@ -95,8 +95,8 @@ class SpatialClosure:
 
     Attributes:
         kind: connect (two points coincide), weld (two frames coincide), joint or tendon (a polynomial coupling).
-        points: of a connect or weld, on both bodies.
-        turn: of a weld, rotation from the first body's frame to the second's (3, 3).
+        points: points on both bodies that a connect or weld holds together.
+        turn: rotation (3, 3) from the first body's frame to the second's that a weld holds.
         sums: of a coupling: factors of hinge and slide coordinates, by the joint's rate, in the dependent and in the
             independent sum; the second may be empty.
         references: reference values of both sums.
@@ -199,8 +199,8 @@ class SpatialTree:
 # -- coordinates and displacements -------------------------------------------------------------------------------------
 
 
-def coordinate_weights(tree: SpatialTree, joint: SpatialJoint, numbers: Mapping[str, int]) -> Array:
-    """Factors that make the coordinates, or the rates, of a joint comparable: 1 for lengths, the extent [m] for angles.
+def unit_displacements(tree: SpatialTree, joint: SpatialJoint, numbers: Mapping[str, int]) -> Array:
+    """Displacement [m] by a unit change of each coordinate or rate of a joint: 1, the extent [m] for rotations.
 
     Args:
         numbers: `COORDINATES` or `RATES`, the number of each kind of joint.

@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import COORDINATES, RATES, SpatialJoint, SpatialTree, coordinate_weights, displace
+from conrod.exact.space import COORDINATES, RATES, SpatialJoint, SpatialTree, displace, unit_displacements
 from conrod.exact.space.drive_laws import DriveLaw
 from conrod.exact.space.forward_kinematics import Poses, forward_kinematics
 from conrod.exact.space.loop_closure import jacobian, residuals
@@ -52,7 +52,7 @@ class Assembly:
         held: joints of all kinds that do not move: a floating base.
         free: indices of the rates that the closures determine.
         coordinate_sizes, rate_sizes: displacement [m] per unit of each coordinate (nq, 1) and of each rate (nv,).
-        weights: of the free rates, 1 / `rate_sizes`.
+        weights: weights of the free rates, 1 / `rate_sizes`.
         step_sizes: sizes (nv, 1) in which the length of a Newton step is measured.
     """
 
@@ -64,9 +64,9 @@ class Assembly:
         self.free = np.array([rate for rate in range(tree.freedom) if rate not in taken], dtype=int)
         # Displacement [m] by a unit change of each coordinate, and of each rate.
         self.coordinate_sizes = np.concatenate(
-            [[], *(coordinate_weights(tree, joint, COORDINATES) for joint in tree.joints)]
+            [[], *(unit_displacements(tree, joint, COORDINATES) for joint in tree.joints)]
         )[:, None]
-        self.rate_sizes = np.concatenate([[], *(coordinate_weights(tree, joint, RATES) for joint in tree.joints)])
+        self.rate_sizes = np.concatenate([[], *(unit_displacements(tree, joint, RATES) for joint in tree.joints)])
         self.weights = 1.0 / self.rate_sizes[self.free]
         # Steps are measured in rad, and in m or in extents of a machine that is larger than 1 m.
         self.step_sizes = np.minimum(self.rate_sizes / tree.extent, 1.0)[:, None]
@@ -173,7 +173,7 @@ class Assembly:
         return f"it is singular {drives}: a change point or a dead centre, where it could go on otherwise"
 
     def reduced_jacobian(self, found: Poses, rows: Array, columns: Array) -> Array:
-        """Jacobian (T, r, r) in the bases of the knots."""
+        """Jacobian (T, r, r) of the closures by the free rates, projected by given row and column bases."""
         matrix = jacobian(found, len(rows))[:, :, self.free]
         return np.asarray(np.swapaxes(rows, 1, 2) @ matrix @ columns)
 

@@ -41,8 +41,8 @@ def parse_drive_law(text: str, unit: str, start: float, name: str) -> DriveLaw:
     """Parse a drive law in one of `FORMS`; it starts from the coordinate `start` if the text names none.
 
     Args:
-        unit: of the coordinate: rad or m.
-        name: of the joint, for the error.
+        unit: unit of the coordinate: rad or m.
+        name: name of the joint, for the error.
 
     Raises:
         InvalidInput: the text is no law, a value is out of range, or its table cannot be read.

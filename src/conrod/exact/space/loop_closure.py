@@ -74,7 +74,7 @@ def _coupling_residual(found: Poses, closure: SpatialClosure, order: int) -> Ser
 
 
 def coupling_length(tree: SpatialTree, closure: SpatialClosure) -> float:
-    """Weight of a coupling: the extent [m] if it couples angles, otherwise 1; 1 for connects and welds."""
+    """Factor on a coupling's residual: the extent [m] if it couples angles, otherwise 1; 1 for connects and welds."""
     joints = {joint.rate: joint for joint in tree.joints}
     return 1.0 if closure.points or any(joints[rate].unit == "m" for rate in closure.sums[0]) else tree.extent
 

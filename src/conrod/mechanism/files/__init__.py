@@ -43,9 +43,9 @@ class MachineDescription:
     assumptions: tuple[str, ...]
     frame: str
     mechanism: Mechanism  # with approximate start poses
-    speed: float  # of the crank [rad/s]
+    speed: float  # crank speed [rad/s]
     output: str  # the observed point that does the machine's work
-    hints: Mapping[str, StartHint]  # of the start poses, by body
+    hints: Mapping[str, StartHint]  # hints at the start poses, by body
     values: Mapping[str, float]  # all numbers of the file, SI, by place
     facts: Mapping[str, Parameter]
 

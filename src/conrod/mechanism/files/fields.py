@@ -56,7 +56,7 @@ class Numbers:
         """Read the number at a place [SI], and record it as a parameter.
 
         Args:
-            name: of the parameter, if it is not the place.
+            name: name of the parameter, if it is not the place.
 
         Raises:
             InvalidInput: it is no number, has a unit of another dimension, or is out of range.

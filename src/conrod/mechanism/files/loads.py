@@ -51,11 +51,11 @@ def read_loads(
         else:
             loads.append(_force(table, name, places))
     for name, table in fields.named_tables("torques").items():
-        loads.append(_finished_load(table, _turn(table, places), _law(table, "torque", name)))
+        loads.append(_build_load(table, _turn(table, places), _law(table, "torque", name)))
     return tuple(constant), tuple(loads)
 
 
-def _finished_load(table: Fields, along: Distance | Turn | Displacement, law: LoadLaw) -> Load:
+def _build_load(table: Fields, along: Distance | Turn | Displacement, law: LoadLaw) -> Load:
     """Build a load, after refusing unknown fields."""
     table.refuse_unknown()
     return Load(table.place, along, law)
@@ -70,14 +70,14 @@ def _spring(table: Fields, name: str, places: Places) -> Load:
         rest = table.number("rest", ANGLE, f"turn at which the spring {name} is without torque", 0.0)
     else:
         rest = table.number("rest", REST_LENGTH, f"length of the spring {name} without force", 0.0)
-    return _finished_load(table, along, Elastic(stiffness, rest))
+    return _build_load(table, along, Elastic(stiffness, rest))
 
 
 def _damper(table: Fields, name: str, places: Places) -> Load:
     """Read a damper between two points, or on the rotation of two bodies."""
     along = _distance_or_turn(table, places)
     damping = table.number("damping", DAMPING[isinstance(along, Turn)], f"damping of the damper {name}")
-    return _finished_load(table, along, Viscous(damping))
+    return _build_load(table, along, Viscous(damping))
 
 
 def _distance_or_turn(table: Fields, places: Places) -> Distance | Turn:
@@ -108,7 +108,7 @@ def _force(table: Fields, name: str, places: Places) -> Load:
     if place.body == GROUND:
         raise InvalidInput(f"{table.place_of('point')}: a force on the ground moves nothing")
     direction = table.number("direction", ANGLE, f"direction in the document's frame that the force {name} acts along")
-    return _finished_load(table, Displacement(place.body, place.point, direction), _law(table, "force", name))
+    return _build_load(table, Displacement(place.body, place.point, direction), _law(table, "force", name))
 
 
 def _law(table: Fields, kind: str, name: str) -> LoadLaw:

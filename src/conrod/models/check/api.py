@@ -52,13 +52,13 @@ def check_model(
         crank: joint of the model that is driven.
         points: place of each observed point in the model, such as {"C": "site:tip"}; "body:" and "geom:" likewise.
         plane: directions right and up of the model that are the scene's x and y, such as "-xz"; None to find them.
-        rotation: of the scene's x axis in that plane [rad]; None to find it.
+        rotation: angle of the scene's x axis in that plane [rad]; None to find it.
         crank_zero: hinge angle at which the crank angle is 0 [rad]; None to find it.
-        keyframe: to start from; None for the first, "qpos0" for none.
+        keyframe: keyframe to start from; None for the first, "qpos0" for none.
         controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
         tolerance: largest error by quantity, normalised.
         refine: run the model at other steps too, for the observed order.
-        revolutions, baseline, accept: as of `validate`.
+        revolutions, baseline, accept: as in `validate`.
 
     Raises:
         InvalidInput: the model or an argument cannot be used; says what can.

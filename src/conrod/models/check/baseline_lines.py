@@ -11,7 +11,7 @@ from conrod.models.check.results import JudgedRun, ModelStudy
 
 
 def model_lines(found: Sequence[ModelStudy]) -> dict[str, BaselineLine]:
-    """Return the lines of one judged model: its paths, and each of its runs."""
+    """Return the baseline's lines on one judged model: one on its paths, and one on each run."""
     (study,) = found
     runs = [*study.runs.values(), *([study.own_run] if study.own_run else [])]
     paths = baseline_line("completed", study.is_machine, {"position": study.identity.largest})

@@ -28,7 +28,7 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
             in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
             arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
         scene: the machine that a model, an FMU or a table is to be; none for a model whose joints are driven by laws.
-        arguments: as of `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`. A scene's runs are made
+        arguments: as in `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`. A scene's runs are made
             here and now unless `runs` says otherwise: no result of an earlier day answers for it.
 
     Raises:

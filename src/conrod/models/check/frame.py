@@ -25,8 +25,8 @@ class PlaneView:
     """A plane of motion seen from one of its sides: unit vectors (3,) to the right and up in the picture.
 
     Attributes:
-        name: of the plane by its two directions: xz is x to the right and z up, -xz the same from behind.
-        sense: of the crank's hinge in this view: +1 if its coordinate grows counter-clockwise.
+        name: the two directions of the plane: xz is x to the right and z up, -xz the same from behind.
+        sense: sense of the crank's hinge in this view: +1 if its coordinate grows counter-clockwise.
     """
 
     name: str
@@ -45,11 +45,11 @@ class Frame:
 
     Attributes:
         sense: +1 if the crank angle grows with the hinge's coordinate.
-        rotation: of the document's x axis in the view, counter-clockwise [rad].
+        rotation: angle of the document's x axis in the view, counter-clockwise [rad].
         zero: coordinate of the crank at crank angle 0 [rad].
         unit: the model's unit of length [m].
         anchor: a point of the crank's axis, in the model's unit.
-        shaft: where the crank's axis is in the document's frame [m].
+        shaft: position of the crank's axis in the document's frame [m].
     """
 
     view: PlaneView
@@ -96,7 +96,7 @@ def candidate_views(axis: Array, sense: int, plane: str | None) -> tuple[PlaneVi
     the other way, which for many a machine is the other assembly branch: so the side must not be free.
 
     Args:
-        sense: of the crank angle in the document, +1 for counter-clockwise.
+        sense: sense of the crank angle in the document, +1 for counter-clockwise.
         plane: the view that a user says, which is then the only one.
 
     Raises:

@@ -54,7 +54,7 @@ def shaft_of(reference: ExactReference) -> tuple[float, float]:
 
 
 def returns_after_turn(scene: Scene) -> bool:
-    """True if all observed points are back after each turn of the crank; false for wheels and one pass."""
+    """True if all observed points return after each turn of the crank; false for wheels and one-pass inputs."""
     if scene.kinematics.mechanism.driver.span is not None:
         return False
     motion = scene.motion(np.array([0.0, 2.0 * np.pi]), 1.0)

@@ -29,10 +29,10 @@ class JudgedRun:
     """A run of a user's model with its errors.
 
     Attributes:
-        errors: by observed point and by quantity; None where it did not complete.
+        errors: errors by observed point and quantity; None if the run did not complete.
         phase: largest deviation of the crank angle from the nominal one [rad].
-        acting: what was seen to act besides weight, inertia and the loops.
-        opening: how far its loops open at most, over the machine's largest length.
+        acting: forces that acted besides weight, inertia and the loops.
+        opening: largest gap of the loops, over the machine's largest length.
     """
 
     label: str
@@ -64,17 +64,17 @@ class ModelStudy:
     """The study of a user's model against a scene, with its verdict.
 
     Attributes:
-        file: as the user named it.
+        file: name of the file as the user gave it.
         scene_name, scene: the machine that it is to be.
         model: its joints, closures and settings.
         tolerance: asked for, by quantity; None for the default of kinematic mode alone.
-        own_run: as the file has it, from its own start by its own actuators; None where it is too far off the machine.
-        crank: in that run; None where it did not complete.
+        own_run: run of the file with its own start and actuators; None if the model is too far off the machine.
+        crank: speed of the crank in that run; None if it did not complete.
         runs: dynamic mode with conrod's drive, by label; empty there, too.
         refused: presets that were not run, with the reason.
-        points: that the runs are compared at.
+        points: points that the runs are compared at.
         refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
-        distrust: how the exact motion contradicts its joints' equations, in words; empty where it does not.
+        distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
     """
 
     file: str
@@ -203,7 +203,7 @@ class ModelStudy:
 
     @property
     def passed(self) -> bool:
-        """True if it is the machine, can turn, and completes its runs within tolerance."""
+        """True if the model is the machine, can turn, and completes its runs within tolerance."""
         own = self.own
         if self.distrust or not self.is_machine or self.model.stops or self.own_failed or self.begins_open:
             return False

@@ -111,7 +111,7 @@ class SceneBench:
         exact: the machine that the model is.
         speed: nominal, of the crank angle [rad/s].
         frame: in which runs are seen.
-        points: that are compared.
+        points: points that are compared.
     """
 
     turning: Turning

@@ -14,7 +14,7 @@ CSV_SAMPLES = 360  # a revolution
 
 
 class NoBinary(UserWarning):
-    """An FMU holds sources alone, because nothing compiles them here."""
+    """Warning that an FMU holds sources alone, because no compiler was found."""
 
 
 def export(
@@ -30,7 +30,7 @@ def export(
         scene: a name, a mechanism file, a scene, or a machine in space by name (MJCF alone).
         format: "mjcf", "csv" or "fmu".
         steps_per_rev: time steps of the model, or samples of the motion, in one revolution.
-        revolutions: of the motion.
+        revolutions: length of the motion, in revolutions of the crank.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.

@@ -50,7 +50,7 @@ def check_fmu(
         preset: interface of the FMU that is run, "model-exchange" or "co-simulation"; None for what it has.
         steps_per_rev: communication steps in one revolution.
         timeout: longest wall time of the run [s].
-        scene, columns, units, estimate, revolutions, tolerance, baseline, accept: as of `check_table`.
+        scene, columns, units, estimate, revolutions, tolerance, baseline, accept: as in `check_table`.
 
     Raises:
         InvalidInput: the FMU or an argument cannot be used; says what can.

@@ -150,7 +150,7 @@ class FmuVariable:
     """A real variable of an FMU, or one element of an array variable.
 
     Attributes:
-        name: as a user writes it, `slider.r[1]`.
+        name: name as a user writes it, `slider.r[1]`.
         unit: declared; empty for none.
         array: the FMU's own variable.
         index: place of the element in it, from 0.
@@ -165,12 +165,12 @@ class FmuVariable:
 
 @dataclass(frozen=True)
 class FmuDescription:
-    """Model description of an FMU, read before it is run.
+    """Model description of an FMU, as its XML file states it.
 
     Attributes:
-        version: of FMI.
-        tool: that wrote it; empty where it does not say.
-        modes: that it has, of `MODES`.
+        version: version of FMI.
+        tool: tool that wrote the FMU; empty where it does not say.
+        modes: modes of the FMU, of `MODES`.
     """
 
     version: str

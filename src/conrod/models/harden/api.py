@@ -48,8 +48,8 @@ def harden(
 
     Args:
         model: compiled, or the path of an MJCF or binary file, or an `MjSpec`.
-        factor: of the inverse weights of a compiled model, in (0, 1].
-        keyframe, controls: as of `lint`.
+        factor: factor on the inverse weights of a compiled model, in (0, 1].
+        keyframe, controls: as in `lint`.
         seconds: length of the runs [s].
         force: harden what seems to be soft on purpose, or breaks off when hard.
         write: whether the hardened model is wanted: `content` of the answer is then a binary model.

@@ -33,12 +33,12 @@ class Closure:
     """An equality constraint that can be hardened.
 
     Attributes:
-        holder, ends: whose inverse weights its regularisation is taken from, by index.
+        holder, ends: kind and indices of the elements whose inverse weights regularise the closure.
         curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
             constant, hardened or not.
     """
 
-    index: int  # of the equality
+    index: int  # index of the equality
     name: str
     kind: str
     holder: Holder
@@ -79,7 +79,7 @@ class Edit:
     """An edit of a compiled model: rows of an array, multiplied by or set to a number, or an option.
 
     Attributes:
-        array: of the model, or name of an option where there are no rows.
+        array: name of an array of the model, or of an option where there are no rows.
         value: number, or choice of an option.
         named: the elements that the rows are of.
     """

@@ -17,7 +17,7 @@ class HardeningRun:
     """A run of the model as it is or hardened; only the first three fields are known if it broke off."""
 
     name: str
-    steps: int  # that it completed at the model's own step, of those asked for
+    steps: int  # number of steps completed at the model's own step
     broke: str = ""  # the engine's warning that ended it
     openings: tuple[float, ...] | None = None  # largest [m] of each loop; an angle by what it is at the model's size
     drift: float | None = None  # largest distance of a body from where the reference has it [m]
@@ -28,7 +28,7 @@ class HardenedModel:
     """The result of hardening one model.
 
     Attributes:
-        timestep, seconds: of the runs [s].
+        timestep, seconds: time step and length of the runs [s].
         reference_known_to: how far the two references are apart [m], or the rounding of a position where that is more;
             None where one of them broke.
     """
@@ -36,21 +36,21 @@ class HardenedModel:
     path: str
     mujoco: str
     refusals: tuple[str, ...] = ()  # why it is not hardened; empty where it is
-    warnings: tuple[str, ...] = ()  # what a user should know
+    warnings: tuple[str, ...] = ()  # warnings for the user, a sentence each
     size: float = 0.0  # of the model, MuJoCo's `stat.extent` [m]
     timestep: float = 0.0
     seconds: float = 0.0
-    start: str = ""  # what they started from
+    start: str = ""  # start pose of the runs, in words
     start_opening: float = 0.0  # largest opening of the start pose as given [m]
     start_closed: bool = True  # whether the runs start with the loops closed; where no near pose closes them, as given
     loops: tuple[str, ...] = ()  # kinds and names of the closures
     factor: float | None = None  # on the inverse weights
     lines: str = ""  # Python that does it
-    variants: tuple[HardeningRun, ...] = ()  # as it is, hardened
+    variants: tuple[HardeningRun, ...] = ()  # the run as it is, and the hardened one
     travel: float | None = None  # the longest way of a body in the reference [m]
     reference_known_to: float | None = None
     acting: tuple[OtherForce, ...] = ()  # in the runs, besides weight, inertia and the loops
-    cost: PairedTiming | None = None  # of a hardened step over one as it is; None where one of them broke
+    cost: PairedTiming | None = None  # time of a hardened step over that of a step as it is; None if a run broke off
     content: bytes | None = None  # the binary model; None where none was asked for or it was refused
 
     def document(self) -> dict[str, Any]:

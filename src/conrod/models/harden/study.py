@@ -50,8 +50,8 @@ def harden_file(
     """Harden a model and compare runs of it as it is and hardened; the file is only read.
 
     Args:
-        keyframe: that the runs start from, as in `data_at_start`.
-        seconds: how long the runs are [s].
+        keyframe: keyframe that the runs start from, as in `data_at_start`.
+        seconds: length of the runs [s].
         force: harden what seems to be soft on purpose, or is worse when hard.
         content: whether the hardened model is asked for, not only its figures.
         controls: inputs of actuators in place of the keyframe's, held through the runs.

@@ -50,8 +50,8 @@ class Accelerations:
     """Accelerations of a model at a state, and a norm for their difference from others.
 
     Attributes:
-        data: at the state, with the accelerations.
-        bound: of the difference that rounding may make, in the norm.
+        data: MuJoCo's data at the state, with the accelerations.
+        bound: largest difference that rounding may make, in the norm.
     """
 
     model: mujoco.MjModel

@@ -40,7 +40,7 @@ def invariances(
 
     Args:
         subjects: model files, models in memory, or scenes; the four with a closed form where none is given.
-        keyframe, controls: as of `check_model`, for files.
+        keyframe, controls: as in `check_model`, for files.
         seconds: length of the run from which states are taken [s].
         progress: called with the name of each model file before it is run.
 

@@ -20,15 +20,15 @@ class Invariance:
     """A change that must not matter, and the largest difference that it made to the accelerations.
 
     Attributes:
-        change: what was changed.
-        bound: what it must hold to: bits or rounding.
+        change: name of the change of the model.
+        bound: how equal the accelerations must be: to bits, or to rounding.
         difference: of the accelerations, in the norm of the kinetic energy, over their largest; None where states were
             compared bit by bit, or nothing was.
         over_bound: the difference over its bound, where that is largest.
         time: of the first state that is out of bounds, or of that where the ratio is largest [s].
         case: the model in which that is; empty where there is but one.
         broken, cases: models in which it is broken, and all that were tried.
-        reason: of what is unsupported.
+        reason: why the change is unsupported.
     """
 
     change: str
@@ -48,8 +48,8 @@ class InvarianceStudy:
     """All invariances of a model file or of a scene's models.
 
     Attributes:
-        engine_version: of MuJoCo.
-        run: how the states that are compared were made, in words.
+        engine_version: version of MuJoCo.
+        run: run that the compared states are taken from, in words.
     """
 
     name: str

@@ -28,7 +28,7 @@ def lint(
 
     Args:
         model: path of an MJCF file, which is only read.
-        keyframe: to start from; None for the first, "qpos0" for none.
+        keyframe: keyframe to start from; None for the first, "qpos0" for none.
         controls: inputs of actuators in place of the keyframe's.
         seconds: length of the run [s]; None for 2000 steps.
         ignore: names of rules that are left out.

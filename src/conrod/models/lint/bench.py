@@ -34,7 +34,7 @@ class Document:
     """A model file that can be edited.
 
     Attributes:
-        folder: that its includes and assets are looked for from.
+        folder: folder that relative paths of includes and assets start from.
         model: compiled.
     """
 
@@ -92,9 +92,9 @@ class LintBench:
 
     document: Document  # the file
     model: mujoco.MjModel  # compiled from it with the edits
-    edits: tuple[str, ...]
+    edits: tuple[str, ...]  # sections of MJCF that were appended to the file
     start: Array  # state that all runs start from
-    steps: int  # of the run
+    steps: int  # number of steps of the run
     keyframe: int | None  # index of the keyframe that the start is taken from; None where it is the model's own pose
 
     def with_edits(self, edits: Sequence[str], steps: int | None = None) -> LintBench:

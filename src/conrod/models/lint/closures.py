@@ -97,7 +97,7 @@ def _stiffen(bench: LintBench, closures: list[int]) -> LintBench:
 
 
 def _largest_violations(bench: LintBench) -> Array:
-    """Largest violation of each equality (neq,) [m]; if open at the start, after a quarter of the run."""
+    """Largest violation (neq,) [m] of each equality; of one that starts open, after a quarter of the run."""
     found = bench.constraint_violations
     settled = found[len(found) // 4 :].max(axis=0)
     return np.asarray(np.where(found[0] <= MAX_BEARING_PLAY * bench.size, found.max(axis=0), settled))

@@ -39,12 +39,12 @@ class Finding:
     """
 
     rule: str = ""  # name of the rule that found it
-    subjects: tuple[str, ...] = ()  # what it is about, by name, or by number where it has none
-    what: str  # in a sentence
+    subjects: tuple[str, ...] = ()  # names of the elements concerned; numbers of those without a name
+    what: str  # the finding, in a sentence
     severity: Severity
-    evidence: dict[str, Value]  # what it rests on; the same in every run on one machine
-    why: str  # it is harmful
-    fix: str  # in words
+    evidence: dict[str, Value]  # numbers that show it; the same in every run on one computer
+    why: str  # why it is harmful
+    fix: str  # what mends it, in words
     edits: tuple[str, ...] = ()
     safe: bool = False  # whether the edits keep the machine and its observed motion
     change: float | None = None
@@ -54,7 +54,7 @@ class Finding:
 class FixedModel:
     """A model with the safe edits made."""
 
-    text: bytes = b""  # of the file; empty where there was nothing to do safely
+    text: bytes = b""  # content of the file; empty where no safe edit applies
     edits: tuple[str, ...] = ()
     change: float = 0.0  # largest change of the observed positions, over the travel
 
@@ -63,8 +63,8 @@ class FixedModel:
 class Report:
     """All that was found in a model."""
 
-    model: str  # the file
-    run: str  # what was run, in a sentence
+    model: str  # path of the file
+    run: str  # description of the run, in a sentence
     findings: tuple[Finding, ...]  # the most harmful first
     notes: tuple[str, ...] = ()  # how a step or a solver that is wrong changed the judging of the rest
     fixed: FixedModel | None = None  # None unless it was asked for

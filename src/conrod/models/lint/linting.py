@@ -32,7 +32,7 @@ RULES: Mapping[str, Rule] = {
     "nothing-moves": stepping.nothing_moves,
     "silent-reset": stepping.silent_reset,
 }
-NEED_A_RUN = (SOLVER, "soft-closure")  # that holds together
+NEED_A_RUN = (SOLVER, "soft-closure")  # rules that say nothing of a run that does not hold together
 DEFAULT_STEPS = 2000  # two revolutions of a machine that takes 1000 steps for one
 MAX_STEPS = 1_000_000
 
@@ -52,9 +52,9 @@ def lint(
     Args:
         path: an MJCF file.
         keyframe, controls: as in `data_at_start`.
-        seconds: how long the run is [s]; None for so many steps.
+        seconds: length of the run [s]; None for `DEFAULT_STEPS` steps.
         ignored: names of rules that are left out.
-        fix_folder: where a fixed model will be; None where none is asked for.
+        fix_folder: folder for a model with the safe fixes; None if none is asked for.
 
     Raises:
         InvalidInput: the file cannot be used, or has not what is named.

@@ -44,11 +44,11 @@ def check_loops(
         model: paths of MJCF or binary files, a model in memory, or names of machines in space.
         drives: law of each driven joint, such as `{"hip": "60rpm"}` or `{"boom": "sine:20deg,1Hz"}`.
         points: sites or bodies that are judged; all that the drives move where none is given.
-        keyframe: to assemble the model from; None for its reference pose.
+        keyframe: keyframe to assemble the model from; None for its reference pose.
         controls: inputs of actuators where the model runs as its file has it.
         seconds: length of the runs; None for a period of the slowest drive.
         tolerance: largest error by quantity [m, m/s, m/s^2]; a position's bounds the opening of the loops, too.
-        machine: that the model is to be: a machine in space by name, or another model's file.
+        machine: machine that the model must be: a machine in space by name, or another model's file.
         progress: called with the name of each model before it is judged.
 
     Raises:

@@ -78,7 +78,7 @@ def compare_with_laws(
 
     Args:
         data: at the start of the file's own run; it goes on from there.
-        points: that the drives determine, by which branches are told apart.
+        points: points that the drives determine, by which branches are distinguished.
         seconds: length of the motion that the laws prescribe. Where that is a turn, one more is made, at whose end what
             has started from rest turns steadily.
         allowed: share of a law's speed by which a mean may be off.
@@ -142,7 +142,7 @@ def is_on_branch_of_laws(machine: DrivenTree, names: Iterable[str], coordinates:
     The laws' motion is led from its start to where the pose has the driven joints, and both are compared there.
 
     Args:
-        names: of points that drives determine.
+        names: names of points that drives determine.
         near: distance [m] of such a point up to which poses are on one branch.
 
     Returns:

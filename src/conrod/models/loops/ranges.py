@@ -30,7 +30,7 @@ def outside_words(tree: SpatialTree, pose: str) -> str:
     """Describe joints that start outside their ranges; empty if the start is inside all ranges.
 
     Args:
-        pose: that the machine is assembled from, in words.
+        pose: pose that the machine is assembled from, in words.
     """
     said = []
     for joint in joints_outside(tree, tree.start):

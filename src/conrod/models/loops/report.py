@@ -99,7 +99,7 @@ def _own_run_words(study: LoopStudy) -> str:
 
 
 def _law_words(laws: LawComparison) -> Iterator[str]:
-    """Say what speed the own run has in place of its law's, and that it is on another branch."""
+    """Say how speeds of the file's own run differ from the laws, and whether it is on another branch."""
     for one in laws.strayed:
         law, mean, least, most = (
             in_shown_unit(one.law * round(speed / one.law, 6), "rad/s", 5)[0]

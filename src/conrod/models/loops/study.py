@@ -89,8 +89,8 @@ def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: boo
     """Assemble a machine and track its motion; if its start is outside joint ranges, perhaps from inside.
 
     Args:
-        pose: that it is assembled from, in words.
-        explained: as in `_check_drives`.
+        pose: pose that the machine is assembled from, in words.
+        explained: see `_check_drives`.
 
     Returns:
         Why it was assembled from another pose; empty where it was not.
@@ -145,7 +145,7 @@ class _LoopBench:
     """A model with its exact machine, assembled and driven.
 
     Attributes:
-        moved_start: as of a `LoopStudy`.
+        moved_start: as in `LoopStudy`.
     """
 
     model: mujoco.MjModel
@@ -231,7 +231,7 @@ class _LoopBench:
     def _compare_with_machine(
         self, machine: SpatialTree | None, motion: SpatialMotion, travel: float
     ) -> MachineComparison | None:
-        """Compare with the machine that it is to be, and with its closed form if it has one."""
+        """Compare the model with the machine asked for, and with the closed form of that if there is one."""
         if machine is None or (name := self.question.machine) is None:
             return None
         driven = self.machine

@@ -14,7 +14,7 @@ from conrod.report.findings import Findings
 
 
 def audit(files: str | Path | Sequence[str | Path]) -> Findings[AuditedDocument]:
-    """Judge printed values, each by the machine that it is tied to.
+    """Judge printed values, each by the exact motion of the machine that its row names.
 
     Args:
         files: tables of printed values, in the format of docs/audit.md.

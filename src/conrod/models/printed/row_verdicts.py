@@ -117,7 +117,7 @@ def _verdict(
     """The most lenient verdict that the exact value, or a systematic slip of the whole column, supports.
 
     Args:
-        rounding: by which the angle may be another than the printed one [deg].
+        rounding: largest difference of the angle from the printed one [deg].
     """
     fields, number, kind, why = (
         row.fields,

@@ -27,9 +27,9 @@ class PrintedRow:
     """One printed value with its machine, quantity and crank angle.
 
     Attributes:
-        fields: as they stand in the table, by column.
+        fields: texts of the row, by column.
         quantity: point, derivative and axis.
-        rounding: by which the angle may be another than the printed one, by its digits; 0 where it is round [deg].
+        rounding: largest difference of the angle from the printed one, by its digits; 0 for a round angle [deg].
         factor: turns SI into the printed unit.
     """
 

@@ -53,8 +53,8 @@ def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = sce
     """Judge every row of a table of printed values.
 
     Args:
-        document: what the table is called in errors and in the verdicts.
-        text: of the table.
+        document: name of the table in errors and in the verdicts.
+        text: content of the table.
         scene_of: finds the machine that a row names.
 
     Raises:

@@ -84,16 +84,16 @@ class PrintedVerdict:
     """The verdict on one printed value or formula.
 
     Attributes:
-        document, place, line: where it stands; the line counts in the document's text file.
-        quantity, condition, unit: what it is, when, and in what the print gives it.
+        document, place, line: where the value is printed; the line is that of the document's text file.
+        quantity, condition, unit: the printed quantity, the angle or time it holds at, and the printed unit.
         printed: the digits as they stand there, or the formula.
         exact: the value that the mechanism determines, in the printed unit; None where the print determines none.
         difference: printed - exact, in units of the last printed digit.
         kind: the verdict.
         reason: the computation that shows it, in one sentence.
-        should_be: what is to be printed in its place; None where the print may stand.
-        off: how far the print is off, as a share of the right value or of its peak; None where there is none.
-        cause: what reproduces the print where that is not the exact motion, in words; items share it.
+        should_be: value to print in its place; None if the print is right.
+        off: error of the print, as a share of the right value or of its peak; None if there is none.
+        cause: slip that reproduces a wrong print, in words; several items may share it.
     """
 
     document: str
@@ -118,8 +118,8 @@ class AuditedDocument:
 
     Attributes:
         document: name of the user's file, or "Document" and the number of one of the four.
-        title: of the document.
-        verdicts: in the order of the items.
+        title: title of the document.
+        verdicts: verdicts in the order of the items.
         notes: doubts about the verdicts, a sentence or two each.
     """
 

@@ -43,7 +43,7 @@ def check_table(
         units: of columns whose heading has none, such as ("mm", "deg").
         estimate: unknowns to estimate first, of "time" and "phase".
         tolerance: largest error by quantity, normalised; None judges nothing.
-        scene, baseline, accept: as of `check_model`.
+        scene, baseline, accept: as in `check_model`.
 
     Raises:
         InvalidInput: the table or an argument cannot be used; says what can.

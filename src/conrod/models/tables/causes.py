@@ -48,7 +48,7 @@ class Cause:
     """A likely cause.
 
     Attributes:
-        kind: in a word or two, the same for all tables.
+        kind: name of the cause in a word or two, the same for all tables.
         text: with its size.
         explains: name of an error -> its largest value as it is, and with the cause undone.
     """
@@ -100,7 +100,7 @@ def _reproducing_causes(
 
     Args:
         hypotheses: on the table, of which each is undone.
-        allowed: as of `likely_causes`.
+        allowed: as in `likely_causes`.
     """
     found: dict[str, Cause] = {}
     for kind, text, undone, concerns in hypotheses:
@@ -128,7 +128,7 @@ def _reproducing_causes(
 
 
 def _is_stillness(table: TableComparison, undone: TableComparison, name: str, after: float) -> bool:
-    """True if an error is small because undoing the slip makes the exact motion stand still, as the table does."""
+    """True if undoing a slip makes an error small only by making the exact motion stand still, as the table does."""
     travel = _travel(undone, name)
     return travel < _travel(table, name) and after >= MAX_REMAINING_SHARE * travel
 

@@ -50,7 +50,7 @@ def _digit_rounding(values: Array, course: Array, factor: float) -> float:
 
     Args:
         values, course: (T,) SI; as written, and without jumps by a turn.
-        factor: of the unit that it is written in, to SI.
+        factor: factor from the unit of the column to SI.
     """
     written = np.abs(values[values != 0.0]) / factor
     if not len(written):

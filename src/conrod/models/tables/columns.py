@@ -38,7 +38,7 @@ class ColumnRequest:
 
     Attributes:
         columns: heading by quantity, from `--column C.x=px`.
-        units: for columns that name none, from `--unit mm`.
+        units: units for columns that state none, from `--unit mm`.
     """
 
     columns: Mapping[str, str]
@@ -50,11 +50,11 @@ class Column:
     """A column of a table that is used.
 
     Attributes:
-        name: of the quantity, a key of `quantities`.
+        name: name of the quantity, a key of `quantities`.
         index: its place in the table, from 0.
-        heading: as in the table.
-        unit: in words.
-        factor: to SI.
+        heading: heading in the table.
+        unit: name of the unit.
+        factor: factor from the unit to SI.
         unit_from: source of the unit: heading, --unit, or assumed.
     """
 
@@ -93,7 +93,7 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
     """Choose the columns of a table that are used, in the order of `quantities`.
 
     Args:
-        headings: of all columns, with their units where they have any.
+        headings: headings of all columns, with their units where they have any.
         points: names of the scene's observed points.
 
     Raises:

@@ -46,7 +46,7 @@ class TableComparison:
     Attributes:
         values: what the table says, SI: an array (T,) by quantity, of those in `columns.quantities` that it has; times
             increase.
-        turn: by which the crank is taken to be further on, (T,) or for all rows [rad].
+        turn: angle [rad] that is added to the crank angle, (T,) or one for all rows.
     """
 
     values: Mapping[str, Array]

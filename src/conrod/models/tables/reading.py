@@ -39,9 +39,9 @@ class Reading:
 
     Attributes:
         values: SI, (T,) by name of the quantity.
-        columns: that were used.
+        columns: columns that were used.
         unused: headings of the others.
-        form: how the file is written, in words.
+        form: format of the file, in words.
         repeated: rows that said the same as the one before, and were left out.
     """
 
@@ -83,10 +83,10 @@ def _open_table(path: Path, asked: ColumnRequest) -> OpenTable:
 def check_values(
     columns: Sequence[Column], values: Array, numbers: NDArray[np.int64], unused: tuple[str, ...], form: str
 ) -> Reading:
-    """Check values (T, columns) in the units of their columns; further arguments as of `Reading`.
+    """Check values (T, columns) in the units of their columns; further arguments as in `Reading`.
 
     Args:
-        numbers: of the rows (T,), for messages.
+        numbers: line numbers (T,) of the rows, for messages.
 
     Raises:
         InvalidInput: a value is no number, or times are not in order; says in which row.

@@ -46,7 +46,7 @@ def sensor_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
 
 
 def outlier_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
-    """Leave out the few rows that are far more off than all others, for each error of a table."""
+    """Leave out the few rows with far larger errors than all others, for each error of a table."""
     count = len(table.times)
     for name in ERRORS if count >= MIN_ROWS else ():
         if not (sizes := list(table.sizes[name].values())):
@@ -172,7 +172,7 @@ def _differences(table: TableComparison, name: str) -> dict[str, Array]:
 
 
 def _largest(sizes: Mapping[str, float]) -> dict[str, float]:
-    """The sizes that are not far below the largest one."""
+    """Return the sizes that are not far below the largest."""
     largest = max(sizes.values(), default=0.0)
     return {name: size for name, size in sizes.items() if size > MIN_SHARE * largest}
 

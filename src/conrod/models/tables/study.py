@@ -31,19 +31,19 @@ class TableStudy:
 
     Attributes:
         file: name of the table.
-        scene_name, scene: what it is judged against.
-        columns, unused: which of its columns are what, and headings of the others.
-        form: how the file is written, in words.
-        rows: how many it has.
+        scene_name, scene: scene that the table is judged against.
+        columns, unused: columns with their quantities, and headings of all other columns.
+        form: format of the file, in words.
+        rows: number of rows.
         span: first and last time [s].
-        errors: by point and by name.
+        errors: errors by point and by name of the error.
         phase: largest deviation of the crank from the nominal [rad]; None where the table does not say where it was.
-        estimates: of what was to be estimated.
-        tolerance: as asked for, by quantity, and what follows from it for the clock; empty where nothing is judged.
-        causes: that reproduce what is wrong.
-        notes: what is not judged, or not as one might think, a sentence each.
-        unjudged: what the verdict does not rest on, as `position of M`, `velocity`; empty where nothing is judged.
-        distrust: how the exact motion contradicts its joints' equations, in words; empty where it does not.
+        estimates: estimated values, of what the user asked to estimate.
+        tolerance: tolerances asked for, by quantity, and those of the clock that follow; empty if nothing is judged.
+        causes: causes that reproduce the errors.
+        notes: sentences on what is not judged, or is judged otherwise than expected.
+        unjudged: quantities outside the verdict, as `position of M`, `velocity`; empty where nothing is judged.
+        distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
     """
 
     file: str
@@ -102,7 +102,7 @@ def study_table(
     """Judge a table against the exact motion of a scene.
 
     Args:
-        asked: what to estimate first, of `estimation.CHOICES`.
+        asked: quantities to estimate first, of `estimation.CHOICES`.
         tolerance: largest errors allowed, of `ERRORS`, `velocity_rms` and `phase` [rad]; None judges nothing.
 
     Raises:

@@ -108,7 +108,7 @@ def _length_dimensions(
 
     Args:
         view: the drawing.
-        name: of the length.
+        name: name of the length.
         start, stop: ends (2,) [mm].
         seen_from: where the second extension line begins, instead of `stop`."""
     way = stop - start

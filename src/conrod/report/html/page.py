@@ -55,7 +55,7 @@ def html_document(sections: Sequence[PageSection], home: str = "") -> str:
     """Return an HTML file of some sections, with the title of the first.
 
     Args:
-        sections: at least one.
+        sections: sections of the page, at least one.
         home: address of the entrance page; empty for none.
     """
     used = ["page", *(name for name, tag in ASSET_MARKERS.items() if any(tag in section.html for section in sections))]

@@ -149,7 +149,7 @@ def delta(
     Args:
         base, platform: distance [m] of the arms' and the rods' hinges from the centres of base and platform.
         arm, rod: lengths [m].
-        half_width: of a parallelogram [m].
+        half_width: half the width of a parallelogram [m].
     """
     outward = [rotate_fixed(X, Z, angle * DEGREE) for angle in (-90.0, 30.0, 150.0)]
     axes = [np.cross(Z, radial) for radial in outward]
@@ -193,7 +193,7 @@ def stewart(
 
     Args:
         base, platform: radius [m] of the circles of joints; half angles [rad] of a pair about -90, 30 and 150 degrees.
-        height: of the platform [m] in the reference pose.
+        height: height of the platform [m] in the reference pose.
     """
     pairs = [(angle * DEGREE, side) for angle in (-90.0, 30.0, 150.0) for side in (-1.0, 1.0)]
     feet = [base * rotate_fixed(X, Z, angle + side * base_half) for angle, side in pairs]

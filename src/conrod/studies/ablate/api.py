@@ -37,8 +37,8 @@ def ablate(
     """Add the ingredients of a model one by one to the minimal model, and take them from the full one.
 
     Args:
-        rounds: how often each cost is taken.
-        scenes, steps_per_rev, engines, runs: as of `validate`.
+        rounds: number of times that each cost is measured.
+        scenes, steps_per_rev, engines, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.

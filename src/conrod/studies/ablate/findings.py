@@ -144,7 +144,7 @@ class AblationStudy:
     """Findings of an ablation study on one scene.
 
     Attributes:
-        name, kind, title, parameters: of the scene.
+        name, kind, title, parameters: identification of the scene.
         engines: findings by engine.
         unsupported: reasons why engines have no ingredients to study, by engine name.
         lengths: length L of each observed point [m]; empty in reports of an earlier conrod.

@@ -49,7 +49,7 @@ def forces(
         quantities: of "torque", "reactions" and "contact"; torque and reactions, and contact where a scene has any,
             where none is given.
         tolerance: largest error by quantity, over the largest exact force of its kind.
-        scenes, engines, preset, steps_per_rev, revolutions, baseline, accept, runs: as of `validate`.
+        scenes, engines, preset, steps_per_rev, revolutions, baseline, accept, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.

@@ -42,7 +42,7 @@ def free_motion(
         seconds: length of the motion [s]; None for the scene's own, 10 s unless its engine breaks off.
         step: time step of the engines [s]; None for 5 ms or less.
         tolerance: largest error by quantity.
-        scenes, engines, preset, runs: as of `validate`.
+        scenes, engines, preset, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used, or a scene cannot move; says why.

@@ -165,7 +165,7 @@ def motion_study(
     presets: Mapping[str, tuple[str, ...]],
     plan: MotionPlan,
 ) -> Study[list[MotionStudy]]:
-    """Study of the free motion of scenes; arguments as of `presets_study`."""
+    """Study of the free motion of scenes; arguments as for `presets_study`."""
     found = yield from presets_study(MotionCase, scenes, engines, presets, plan)
     return [MotionStudy(s.name, s.scene, s.results, plan.motion, inactive_loads(s.scene, plan)) for s in found]
 

@@ -37,7 +37,7 @@ def limits(
     Args:
         axes: names of axes or pairs of docs/limits.md; all where none is given.
         span: other ends of the one axis.
-        scenes, engines, preset, runs: as of `validate`.
+        scenes, engines, preset, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.

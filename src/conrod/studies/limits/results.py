@@ -89,7 +89,7 @@ class LimitStudy:
     """Findings of `conrod limits` on one scene; parts that were not asked for are empty.
 
     Attributes:
-        name, kind, title, parameters: of the scene.
+        name, kind, title, parameters: identification of the scene.
         engines: versions by engine name.
         walks: walks of all axes, presets and engines; refused ones have a reason.
         lengths: length L of each observed point [m]; empty in reports of an earlier conrod.

@@ -34,7 +34,7 @@ def sweep(
 
     Args:
         grid: "coarse", "default", or "presets": every preset of each engine, at more steps.
-        scenes, engines, runs: as of `validate`.
+        scenes, engines, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.
@@ -59,7 +59,7 @@ def recommend(
 
     Args:
         tolerance: largest error of position, velocity and acceleration, normalised: {"position": 1e-6}.
-        scene, engines, runs: as of `validate`.
+        scene, engines, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.

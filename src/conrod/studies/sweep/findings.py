@@ -85,7 +85,7 @@ class SweepStudy:
     """Findings of a sweep on one scene.
 
     Attributes:
-        name, title, parameters: of the scene.
+        name, title, parameters: identification of the scene.
         one_pass: True if its input makes one pass and cannot turn fully.
         engines: versions by engine name.
         unsupported: reasons why engines cannot be swept, by engine name.

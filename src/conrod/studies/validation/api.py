@@ -49,14 +49,14 @@ def validate(
     Args:
         scenes: names, mechanism files or scenes; the four with a closed form where none is given.
         engines: by name, or "all" that are installed; those that take part by themselves where none is given.
-        preset: of settings; all where none is given.
+        preset: preset of settings; all of them where none is given.
         steps_per_rev: time steps in one revolution of the crank; 1000, or 62832 for a cam in contact.
-        revolutions: of the crank.
+        revolutions: revolutions of the crank.
         tolerance: largest error by quantity, such as {"position": 1e-4}, in place of what the engine's law allows.
         qualify: plant known defects in each judged run, and say which of them the verdict notices.
         baseline: file of an earlier validation to compare with; written where there is none.
         accept: write the baseline again.
-        runs: where runs are made and kept.
+        runs: how runs are made, and where their results are kept.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.

@@ -19,9 +19,9 @@ class Tolerance:
     """Largest allowed errors by quantity, over L, omega L and omega^2 L; None if unjudged.
 
     Attributes:
-        total: of the position at the nominal time, over L.
-        velocity_rms: of the velocity, as rms over the run.
-        phase: of the crank angle at the nominal time [rad].
+        total: position error at the nominal time, over L.
+        velocity_rms: velocity error, as rms over the run.
+        phase: error of the crank angle at the nominal time [rad].
         reason: the laws that the limits follow from, in words.
     """
 

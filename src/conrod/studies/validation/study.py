@@ -57,5 +57,5 @@ class ValidationCase(EngineCase[ValidationResult]):
 def validation_study(
     scenes: Mapping[str, Scene], engines: Sequence[Engine[Any]], presets: Mapping[str, Sequence[str]], plan: Plan
 ) -> Study[list[SceneStudy]]:
-    """Study of scenes in kinematic mode and with each preset; arguments as of `presets_study`."""
+    """Study of scenes in kinematic mode and with each preset; arguments as for `presets_study`."""
     return presets_study(ValidationCase, scenes, engines, {name: (None, *some) for name, some in presets.items()}, plan)

@@ -22,10 +22,10 @@ def versions(
     """Run the same cases in several releases of an engine, each installed once in a separate environment.
 
     Args:
-        engine: by name.
-        scenes: as of `validate`; five of different kinds where none is given.
+        engine: name of the engine.
+        scenes: as in `validate`; five of different kinds where none is given.
         releases: such as ("3.6.0", "3.7.0"); all that conrod knows where none is given.
-        runs: where runs are made and kept.
+        runs: how runs are made, and where their results are kept.
 
     Raises:
         InvalidInput: an argument cannot be used, or no release can be installed.
