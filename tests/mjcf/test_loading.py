@@ -179,11 +179,15 @@ def test_numbers_that_are_not_finite_are_refused(field: str, message: str) -> No
     assert refusal(check_finite, model) == ("gravity is not finite" if field == "gravity" else "body_pos is not finite")
 
 
-@pytest.mark.parametrize("timestep", [0.9e-12, 1.1e6, np.nan])
-def test_a_timestep_that_no_clock_has_room_for_is_refused(timestep: float) -> None:
+@pytest.mark.parametrize(("timestep", "message"), [
+    (0.9e-12, "timestep = 9e-13 s is out of range: 1e-12 <= timestep <= 1e+06 s"),
+    (1.1e6, "timestep = 1.1e+06 s is out of range: 1e-12 <= timestep <= 1e+06 s"),
+    (np.nan, "timestep = nan is not a finite number"),
+])  # fmt: skip
+def test_a_timestep_that_no_clock_has_room_for_is_refused(timestep: float, message: str) -> None:
     model = mujoco.MjModel.from_xml_string(TEXT)
     model.opt.timestep = timestep
-    assert refusal(check_finite, model).startswith("timestep")
+    assert refusal(check_finite, model) == message
     for fine in (1.1e-12, 0.9e6):
         model.opt.timestep = fine
         check_finite(model)

@@ -129,4 +129,8 @@ def test_graph_of_a_machine_has_its_pins_slides_and_points() -> None:
     assert sorted(graph.links) == ["crank", GROUND, "rod", "slider"]
     assert graph.links["rod"].points["M"].tolist() == [0.15, 0.0]
     assert graph.links["rod"].pins["slider-pin"].tolist() == [0.3, 0.0]
+    # On each link a point of the slide's line and its direction.
+    for link, point in ((GROUND, [0.0, 0.0]), ("slider", [0.0, 0.0])):
+        start, way = graph.links[link].lines["slide"]
+        assert (start.tolist(), way.tolist()) == (point, [1.0, 0.0])
     assert graph_of(CamFollower().mechanism()) is None

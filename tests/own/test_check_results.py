@@ -61,6 +61,15 @@ def test_paths_are_held_to_the_tolerance_of_positions(tolerance: dict[str, float
         assert not replace(study, identity=replace(identity, floor=0.1, other_branch=True)).is_machine
 
 
+@pytest.mark.parametrize(("tolerance", "allowed"), [
+    (None, 0.01), ({"position": 1e-4}, 1e-4), ({"position": 0.1}, 0.01), ({"velocity": 0.05, "position": 1e-4}, 0.05),
+])  # fmt: skip
+def test_the_mean_speed_is_held_to_velocities_or_else_positions(
+    tolerance: dict[str, float] | None, allowed: float
+) -> None:
+    assert replace(STUDY, tolerance=tolerance).speed_tolerance == allowed
+
+
 def test_a_file_starts_a_motion_by_a_keyframe_a_rate_or_a_control() -> None:
     assert not STUDY.has_start
     assert with_model(STUDY, from_keyframe=True).has_start

@@ -15,9 +15,10 @@ from own_model_edits import mirrored, placed, replaced, scaled
 from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.mjcf.reading import tree_of
+from conrod.mjcf.request import ModelRequest, PointPlace
 from conrod.models.check.links import LinkDifference, graph_of, link_differences
 from conrod.models.check.model_links import links_of
-from conrod.models.check.scene_causes import axial_gaps, tilted_axes
+from conrod.models.check.scene_causes import axial_gaps, scene_causes, tilted_axes
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 MEANT = str(CASES / "anchor-apart-meant.toml")
@@ -104,6 +105,22 @@ def test_models_of_other_links_are_not_compared() -> None:
 def test_what_should_be_at_one_place_is_said_so() -> None:
     one = LinkDifference("crank", ("pin A", "pin B"), 0.0035, 0.0)
     assert one.words == "crank has pin A 3.5 mm from pin B, where they should be at one place"
+
+
+def test_more_than_three_differences_are_counted() -> None:
+    text = exported("saw-40rpm")
+    for change in (
+        ("site", "slider-pin.rod", "0.303 0 0"), ("body", "rod", "0.11 0 0"), ("site", "M", "0.16 0 0"),
+        ("body", "slider", "0 0.001 0"),
+    ):  # fmt: skip
+        text = changed(text, *change)
+    model = mujoco.MjModel.from_xml_string(text)
+    asked = ModelRequest("crank", (PointPlace("C", "site", "C"), PointPlace("M", "site", "M")), 1, 0)
+    (words,) = scene_causes(model, ("saw-40rpm", scene("saw-40rpm")), asked)
+    crank = "crank is 10 % longer from pin crank-pin to pin shaft: 110 mm instead of 100 mm"
+    assert words.startswith(f"against saw-40rpm, {crank}; ")
+    assert words.endswith("; 2 more distances differ")
+    assert words.count(" instead of ") == 3
 
 
 # -- axes --------------------------------------------------------------------------------------------------------------
