@@ -145,6 +145,8 @@ def test_joints_that_start_outside_their_ranges_are_said_and_moved_inside() -> N
         f"its own pose has rocker at {degrees:.4g} deg, outside its range -171.9 to 0 deg"
     )
     assert [joint.name for joint in joints_outside(machine.tree, machine.tree.start)] == ["rocker"]
+    for value, is_outside in ((-3.0, False), (0.0, False), (-3.0 - 2e-9, True), (2e-9, True)):
+        assert bool(list(joints_outside(machine.tree, np.array([1.0, 0.0, value])))) is is_outside
     inside = closed_pose_inside(machine)
     assert inside is not None
     # The other branch, with the crank where it is.
