@@ -200,7 +200,7 @@ def test_points_return_after_a_turn_but_of_one_pass(name: str, returns: bool) ->
     assert returns_after_turn(scene_named(name)) is returns
 
 
-def test_a_slider_crank_has_one_other_branch_on_which_any_lengths_are_assembled() -> None:
+def test_slider_crank_has_one_other_branch_for_any_lengths() -> None:
     (other,) = other_branches(SAW)
     # The rod leads to the other side: the slider is as far beyond the pin as it was before it.
     pin = SAW.shaft[0] + 0.1
@@ -214,7 +214,7 @@ def test_a_slider_crank_has_one_other_branch_on_which_any_lengths_are_assembled(
     )
 
 
-def test_shares_of_uncertainty_are_those_where_they_move_a_point_most() -> None:
+def test_uncertainty_shares_are_at_the_angle_of_largest_effect() -> None:
     slopes = {"a": np.array([[1.0, 3.0], [0.0, 2.0]]), "b": np.array([[4.0, 0.0], [0.0, 1.0]])}
     together, shares = uncertainty_shares(slopes, {"a": 1e-3, "b": 0.5e-3})
     # (3 * 1)^2 + 0 = 9 at the second angle, 1 + 4 = 5 at the first.

@@ -70,7 +70,7 @@ def test_the_mean_speed_is_held_to_velocities_or_else_positions(
     assert replace(STUDY, tolerance=tolerance).speed_tolerance == allowed
 
 
-def test_a_file_starts_a_motion_by_a_keyframe_a_rate_or_a_control() -> None:
+def test_file_starts_motion_by_keyframe_rate_or_control() -> None:
     assert not STUDY.has_start
     assert with_model(STUDY, from_keyframe=True).has_start
     assert with_model(STUDY, moves=True).has_start
@@ -136,7 +136,7 @@ def test_rates_that_open_the_loops_are_off(tolerance: dict[str, float] | None, u
     (None, 1.0, 1e-3 * 7.0), ({"velocity": 1.0}, 1.0, 1e-3 * 7.0), ({"position": 0.1}, 1.0, 0.1 * 0.2),
     ({"position": 0.1}, 1e-3, 0.1 * 200.0),
 ])  # fmt: skip
-def test_a_start_is_open_beyond_the_tolerance_or_a_thousandth_of_the_extent(
+def test_start_is_open_beyond_tolerance_or_thousandth_of_extent(
     tolerance: dict[str, float] | None, unit: float, allowed: float
 ) -> None:
     study = started(tolerance=tolerance)

@@ -41,7 +41,7 @@ def test_headings_tell_the_encoding(encoding: str) -> None:
 
 
 @pytest.mark.parametrize("encoding", NAMED)
-def test_a_named_heading_tells_an_encoding_that_looks_like_others(encoding: str) -> None:
+def test_named_heading_decides_between_similar_encodings(encoding: str) -> None:
     text = f"{NAMED[encoding]},x\n{NUMBERS}"
     assert decode_text(text.encode(encoding), ["x", NAMED[encoding]])[0] == text
     # Named without being there, it tells nothing.
@@ -66,7 +66,7 @@ def test_a_column_is_named_as_it_is_written(encoding: str, tmp_path: Path) -> No
     assert found.values["C.x"].tolist() == [0.1, 0.05]
 
 
-def test_a_table_in_gbk_is_judged_by_the_heading_as_it_is_written(tmp_path: Path) -> None:
+def test_gbk_table_is_judged_by_its_heading_as_written(tmp_path: Path) -> None:
     for name in ("rocker-gbk.csv", "rocker.toml"):
         shutil.copy(CASES / name, tmp_path)
     typed = ("check", "rocker-gbk.csv", "--scene", "rocker.toml", "--unit", "mm")

@@ -172,7 +172,7 @@ EITHER, GIVEN = "It may be as well that the slide is tilted by 0.5 deg", "the sl
     (ASIDE, (), ("offset is 1.1 % too long: 91 mm",), ("is tilted",)),
     (ASIDE, ("--rotation", "0"), ("offset is 1.1 % too long: 91 mm",), ("is tilted",)),
 ], ids=["tilt", "tilt-in-a-given-frame", "offset", "offset-in-a-given-frame"])  # fmt: skip
-def test_a_tilted_slide_and_an_offset_are_told_apart_or_both_said(
+def test_tilted_slide_and_offset_are_told_apart_or_both_named(
     edit: tuple[str, str], rotation: tuple[str, ...], said: tuple[str, ...], not_said: tuple[str, ...],
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
 ) -> None:  # fmt: skip
@@ -187,7 +187,7 @@ def test_a_tilted_slide_and_an_offset_are_told_apart_or_both_said(
         assert words not in done.stdout
 
 
-def test_a_slide_that_is_tilted_on_a_ground_with_two_pins_is_told_from_an_offset() -> None:
+def test_tilted_slide_is_told_from_offset_on_ground_of_two_pins() -> None:
     text = exported("six-bar")
     (axis,) = re.findall(r'name="slide" type="slide" axis="([^"]*)"', text)
     x, y = (float(value) for value in axis.split()[:2])

@@ -38,7 +38,7 @@ def flat(**given: Any) -> str:
 # -- turning -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_crank_turns_from_where_it_is_assembled_as_the_four_bar_does(tmp_path: Path) -> None:
+def test_crank_turns_from_assembly_as_exact_four_bar(tmp_path: Path) -> None:
     turning = turning_of(tmp_path, flat())
     assert (turning.crank.name, turning.first, turning.touching, turning.reach) == ("crank", 1.0, None, None)
     assert [(point.name, point.kind) for point in turning.points] == [("tip", "site")]
@@ -55,7 +55,7 @@ def test_a_crank_turns_from_where_it_is_assembled_as_the_four_bar_does(tmp_path:
 
 
 @pytest.mark.parametrize(("keyframe", "crank"), [(None, 1.0), ("qpos0", 1.0), ("far", 2.0), ("1", 2.0)])
-def test_a_model_is_assembled_from_the_first_pose_that_closes_or_the_one_asked_for(
+def test_model_is_assembled_in_first_closed_or_requested_pose(
     keyframe: str | None, crank: float, tmp_path: Path
 ) -> None:
     keys = key("near", GRASHOF, 1.2, 1.0) + key("far", GRASHOF, 2.0, -1.0)
@@ -83,7 +83,7 @@ def test_a_model_of_more_freedoms_is_refused_with_what_can_move(
         turning_of(tmp_path, text, replace(ASKED, contacts=1))
 
 
-def test_a_model_that_cannot_move_or_has_no_such_crank_is_refused(tmp_path: Path) -> None:
+def test_model_is_refused_when_stuck_or_without_that_crank(tmp_path: Path) -> None:
     pinned = flat().replace("</equality>", '<connect site1="A" body2="world"/></equality>')
     pinned = pinned.replace('<body name="frame" >', '<body name="frame"><site name="W"/>')
     pinned = pinned.replace('site1="A" body2="world"', 'body1="coupler" body2="world" anchor="0 0 0"')
@@ -204,7 +204,7 @@ def test_a_follower_that_its_cam_does_not_reach_is_refused(tmp_path: Path) -> No
         turning.coordinates(np.array([0.25]))
 
 
-def test_a_scan_of_a_cam_names_what_touches_and_how_far_its_follower_goes(tmp_path: Path) -> None:
+def test_cam_scan_names_contact_and_travel_of_follower(tmp_path: Path) -> None:
     text = cam().replace('type="slide" axis="1 0 0"', 'type="slide" axis="1 0 0" range="-0.03 9"')
     found = scan(turning_of(tmp_path, text, LIFT), LIFT)
     assert found.facts.touching == ("cam", "ball")
@@ -269,7 +269,7 @@ def test_facts_of_a_start_are_those_of_the_file(tmp_path: Path) -> None:
     assert model_facts(turning_of(tmp_path, other), ASKED).about == 'closure off is inactive (active="false")'
 
 
-def test_limits_that_keep_a_model_from_its_turn_are_named_with_what_it_needs(tmp_path: Path) -> None:
+def test_limits_are_named_with_needed_range_when_they_stop_turn(tmp_path: Path) -> None:
     rocker = [start_angles(GRASHOF, 1.0 + k * TURN / TURN_SAMPLES)[2] for k in range(TURN_SAMPLES)]
     low, high = min(rocker), max(rocker)
     joint = '<joint name="rocker" axis="0 0 1"'
@@ -308,7 +308,7 @@ def test_a_shape_is_off_by_the_depth_of_its_facets(corners: int) -> None:
     assert _shape_error(model, 1, np.array([0.0, 0.0, 1.0])) == 0.0
 
 
-def test_a_point_that_does_not_return_is_refused_unless_the_machine_says_so(tmp_path: Path) -> None:
+def test_undeclared_point_is_refused_when_it_does_not_return(tmp_path: Path) -> None:
     assert "rssr" in MACHINES
     # A wheel on a rack: after a turn it is 2 pi 0.1 m away.
     text = """<mujoco><compiler angle="radian"/><worldbody><body name="w"><joint name="x" type="slide" axis="1 0 0"/>

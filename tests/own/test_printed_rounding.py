@@ -27,7 +27,7 @@ def kinds(*rows: tuple[str, str]) -> list[VerdictKind]:
     return [verdict.kind for verdict in audit_table("mine", HEADING + text)]
 
 
-def test_a_vanishing_value_is_reproducible_at_the_rounded_angle_where_it_vanishes() -> None:
+def test_printed_zero_is_reproducible_at_the_rounded_angle() -> None:
     verdicts = audit_file(CASES / "piston-printed.csv").verdicts
     assert [v.kind for v in verdicts] == [VerdictKind.AGREES] * 3 + [VerdictKind.AFTER_ROUNDING] + [
         VerdictKind.NOT_REPRODUCIBLE
@@ -57,9 +57,7 @@ def test_a_vanishing_value_is_reproducible_at_the_rounded_angle_where_it_vanishe
         ("0", 0.3, VerdictKind.NOT_REPRODUCIBLE),
     ],
 )
-def test_a_print_at_an_angle_within_the_rounding_agrees_after_rounding(
-    angle: str, exact: float, kind: VerdictKind
-) -> None:
+def test_printed_value_agrees_at_an_angle_within_its_rounding(angle: str, exact: float, kind: VerdictKind) -> None:
     angle = f'"{angle}"' if "," in angle else angle
     assert kinds((angle, printed(exact))) == [kind]
 

@@ -32,7 +32,7 @@ def table(printed: list[str]) -> str:
     return HEADING + "\n".join(rows)
 
 
-def test_a_cause_is_named_where_it_reproduces_the_column_and_not_for_a_single_value() -> None:
+def test_cause_is_named_for_a_column_and_not_for_a_single_value() -> None:
     verdicts = audit_table("mine", table(speeds(3.14 / 180.0)))
     assert VerdictKind.EXPLAINED in {v.kind for v in verdicts} <= {VerdictKind.EXPLAINED, VerdictKind.AGREES}
     assert all("3.14 " in v.reason for v in verdicts if v.kind is VerdictKind.EXPLAINED)
@@ -45,7 +45,7 @@ def test_a_cause_is_named_where_it_reproduces_the_column_and_not_for_a_single_va
     assert (verdict.kind, verdict.should_be) == (VerdictKind.NOT_REPRODUCIBLE, speeds()[3])
 
 
-def test_a_machine_of_one_pass_is_audited_where_it_goes_and_its_slips_do_not_lead_out() -> None:
+def test_audit_of_a_pass_stays_where_the_machine_goes() -> None:
     scene, angles = scene_named("swinging-four-bar"), range(-10, 60, 10)
     values = scene.motion([math.radians(k) for k in angles], scene.speed).point("B").velocity[:, 0]
     pairs = zip(angles, values, strict=True)
@@ -111,7 +111,7 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
     assert (here / "again" / "my-table.md").read_text(encoding="utf-8") == page
 
 
-def test_a_table_is_tied_to_a_mechanism_file_beside_it_and_to_none_elsewhere(here: Path) -> None:
+def test_table_uses_mechanism_file_only_from_its_own_folder(here: Path) -> None:
     own, row = written(here, catalogue_text("slider-crank"), "mine.toml"), "mine.toml,B position x,0,860.0,mm\n"
     rows = (row, row.replace("mine.toml", "slider-crank"))
     found = [audit_file(written(here, HEADING + text)).verdicts for text in rows]
@@ -137,7 +137,7 @@ def test_a_table_is_tied_to_a_mechanism_file_beside_it_and_to_none_elsewhere(her
     (HEADING.replace("unit", "units"), "unknown column 'units': did you mean 'unit'"),
     (HEADING, "no rows below the heading"),
 ])  # fmt: skip
-def test_a_table_or_a_row_that_cannot_be_used_is_named_in_one_line(here: Path, text: str, message: str) -> None:
+def test_unusable_table_or_row_is_named_in_one_line(here: Path, text: str, message: str) -> None:
     written(here, HEADING + GOOD, "values.csv")
     assert conrod("audit", "values.csv").returncode == 0
     written(here, text, "values.csv")

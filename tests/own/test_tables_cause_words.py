@@ -143,7 +143,7 @@ def test_a_stamp_that_is_that_of_all_rows_is_no_further_cause() -> None:
     assert list(cause.explains) == list(ERRORS)
 
 
-def test_a_stamp_of_one_pass_stays_within_what_the_linkage_reaches() -> None:
+def test_velocity_stamp_of_a_pass_stays_within_linkage_reach() -> None:
     scene = scene_named("swinging-four-bar")
     first, last = sorted(angle / scene.speed for angle in scene.mechanism().driver.span or ())
     times = np.linspace(0.9 * first, 0.9 * last, 40)
@@ -179,7 +179,7 @@ def test_a_fault_of_a_sensor_has_to_leave_what_is_allowed() -> None:
 # -- studies ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_study_has_its_largest_errors_turns_and_what_is_exceeded() -> None:
+def test_study_has_its_largest_errors_and_revolutions() -> None:
     study = table_study()
     assert study.revolutions == pytest.approx(3.0)
     assert replace(study, span=(1.0, 1.0 + HALVED.period)).revolutions == pytest.approx(1.0)

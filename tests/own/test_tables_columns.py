@@ -144,7 +144,7 @@ def test_words_of_other_alphabets_leave_the_time_alone() -> None:
     assert "no column for the time" in refusal("\u65f6\u95f4", "A.x")
 
 
-def test_columns_are_named_by_heading_by_the_name_in_it_or_by_number() -> None:
+def test_column_is_chosen_by_heading_name_or_number() -> None:
     headings = ("clock", "px [mm]", "2", "t")
     for wanted, place in (("px [mm]", 1), ("px", 1), ("2", 2), ("1", 0), ("4", 3), ("clock", 0)):
         assert chosen(*headings, columns={"A.x": wanted, "time": "t" if wanted != "4" else "clock"})["A.x"] == place

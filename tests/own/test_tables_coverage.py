@@ -64,7 +64,7 @@ def test_what_stands_still_but_is_off_is_out_of_tolerance(tmp_path: Path) -> Non
     assert not any("stands still" in note for note in judged(of_columns("C.x"), SAW, tmp_path).notes)
 
 
-def test_a_coordinate_that_stands_still_away_from_zero_judges_nothing(tmp_path: Path) -> None:
+def test_still_coordinate_away_from_zero_judges_nothing(tmp_path: Path) -> None:
     given = tables(SLIDER_CRANK)
     given["ground"]["points"]["Q"] = [0, "20 mm"]
     given["joints"]["slide"]["guide"] = "ground.Q"
@@ -75,7 +75,7 @@ def test_a_coordinate_that_stands_still_away_from_zero_judges_nothing(tmp_path: 
         judged({name: table[name] for name in ("time", "B.y")}, scene, tmp_path, tolerance=TIGHT)
 
 
-def test_a_column_that_moves_beside_one_that_stands_still_is_judged(tmp_path: Path) -> None:
+def test_moving_column_is_judged_beside_a_still_one(tmp_path: Path) -> None:
     assert judged(of_columns("C.x", "C.y"), SAW, tmp_path, tolerance=TIGHT).passed is True
     table = exact_table(CamFollower())
     assert judged(table, CamFollower(), tmp_path, tolerance=TIGHT).passed is True
@@ -119,7 +119,7 @@ def test_all_that_is_there_and_judged_leaves_nothing_out(tmp_path: Path) -> None
     assert "not judged" not in verdict_text(study)
 
 
-def test_a_table_that_stands_still_and_one_whose_clock_is_late_are_no_success(tmp_path: Path) -> None:
+def test_still_table_and_late_clock_have_nonzero_exit_status(tmp_path: Path) -> None:
     for name in ("saw-y-only.csv", "saw-late-clock-gap.csv"):
         shutil.copy(CASES / name, tmp_path)
     limits = ("--scene", "saw-40rpm", "--tolerance", "position=1e-4")

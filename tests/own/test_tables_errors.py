@@ -59,7 +59,7 @@ def test_a_time_shift_takes_the_crank_along() -> None:
 # -- the crank -------------------------------------------------------------------------------------------------------
 
 
-def test_angles_are_nominal_without_a_crank_angle_and_shifted_by_a_turn() -> None:
+def test_angles_are_nominal_when_crank_angle_is_missing() -> None:
     table = compared(turn=0.25)
     assert table.nominal_angle == pytest.approx(2.0 * TIMES + 0.25)
     assert table.angle == pytest.approx(2.0 * TIMES + 0.25)
@@ -136,7 +136,7 @@ def test_errors_are_divided_by_l_and_powers_of_the_speed(speed: float) -> None:
     assert compared(scene).largest("position") is None
 
 
-def test_total_is_at_the_nominal_time_and_position_at_the_angle_of_the_table() -> None:
+def test_total_is_at_nominal_time_and_position_at_table_angle() -> None:
     angle = 2.0 * TIMES + 0.01
     table = SCENE.table(TIMES + 0.005) | {"time": TIMES, "crank_angle": angle}
     found = TableComparison(table, SCENE)
@@ -219,7 +219,7 @@ class _Jittering(CirclingPoints):
 
 
 @pytest.mark.parametrize(("radius", "known"), [(0.9e-7, False), (2e-7, True)])
-def test_a_shift_is_unknown_where_positions_change_by_less_than_1e_7_a_radian(radius: float, known: bool) -> None:
+def test_shift_is_unknown_when_slope_is_below_1e_7_per_radian(radius: float, known: bool) -> None:
     # The root mean square of both components' derivatives is the radius over the root of 2.
     scene = _Jittering(radii={"P": radius})
     shift, error, _ = best_crank_shift(TableComparison(scene.table(TIMES) | {"time": TIMES - 0.1}, scene), "total")
@@ -228,7 +228,7 @@ def test_a_shift_is_unknown_where_positions_change_by_less_than_1e_7_a_radian(ra
 
 
 @pytest.mark.parametrize("speed", [2.0, -2.0])
-def test_the_clock_is_estimated_from_positions_or_else_from_the_crank(speed: float) -> None:
+def test_clock_is_estimated_from_positions_or_else_from_crank(speed: float) -> None:
     scene = CirclingPoints(speed)
     late = TableComparison(scene.table(TIMES) | {"time": TIMES + 0.1}, scene)
     (found,) = estimate(late, ["time"])

@@ -35,7 +35,7 @@ def table_of(trajectory: Trajectory, quantity: str) -> Columns:
     return columns
 
 
-def test_a_table_is_judged_as_a_run_is_and_a_drive_that_is_off_shows_in_total_alone(tmp_path: Path) -> None:
+def test_table_is_judged_as_a_run_and_drive_error_is_in_total(tmp_path: Path) -> None:
     trajectory = synthetic_trajectory(SAW, drive=1e-4)
     expected = compare(trajectory, SAW)
     for quantity in ALL:
@@ -69,7 +69,7 @@ def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path
         judged(table, scene, tmp_path, tolerance={"velocity": 1.0})
 
 
-def test_an_encoder_log_is_judged_by_its_crank_angle_and_tells_its_time_offset(tmp_path: Path) -> None:
+def test_encoder_log_is_judged_by_crank_angle_and_time_offset(tmp_path: Path) -> None:
     scene = Saw(speed=5.0)
     times = np.linspace(0.0, 2.0 * scene.period, 500)
     wobble = 0.01 * np.sin(7.0 * times)
@@ -131,7 +131,7 @@ def test_a_table_is_judged_by_its_clock(
     assert study.tolerance["phase"] < (2e-5 if digits else 1e-10)
 
 
-def test_a_wrong_start_is_estimated_a_wrong_timestep_is_not_and_a_user_may_allow_it(tmp_path: Path) -> None:
+def test_estimate_corrects_a_wrong_start_and_no_wrong_timestep(tmp_path: Path) -> None:
     late, slow = with_clock(SAW, late=1), with_clock(SAW, step=WRONG)
     assert judged(late, SAW, tmp_path, ("time",), {"position": 1e-9}).passed is True
     assert judged(slow, SAW, tmp_path, ("time",), {"position": 1e-9}).passed is False
@@ -143,7 +143,7 @@ def test_a_wrong_start_is_estimated_a_wrong_timestep_is_not_and_a_user_may_allow
         assert set(judged(slow, SAW, tmp_path, tolerance={"position": 1e-6, name: allowed}).exceeded) == exceeded
 
 
-def test_whole_degrees_at_equal_distances_are_taken_at_their_word(tmp_path: Path) -> None:
+def test_whole_degrees_are_exact_at_equal_distances(tmp_path: Path) -> None:
     table = written_with(exact_table(SAW, crank=True), 7)
     table["crank_angle [deg]"] = np.rint(table["crank_angle [deg]"])
     assert judged(table, SAW, tmp_path, tolerance={"position": 1e-6}).tolerance["phase"] < 2e-6
@@ -171,7 +171,7 @@ def test_a_time_offset_is_found(name: str, share: float, tmp_path: Path) -> None
     assert (judged(table, scene, tmp_path).largest("total") or 0.0) > 1e-8
 
 
-def test_a_phase_is_found_and_with_a_crank_angle_told_apart_from_the_clock(tmp_path: Path) -> None:
+def test_phase_is_estimated_apart_from_clock_with_a_crank_angle(tmp_path: Path) -> None:
     scene = ShearPress(speed=-5.0)
     study = judged(exact_table(scene, phase=1.1), scene, tmp_path, ["phase"])
     assert values(study) == {"phase": pytest.approx(1.1, abs=1e-12)}
@@ -223,7 +223,7 @@ CHECK = ("check", "t.csv", "--scene", "saw-500rpm")
 
 
 @pytest.mark.usefixtures("at_once")
-def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(tmp_path: Path) -> None:
+def test_table_out_of_tolerance_has_status_1_cause_and_report(tmp_path: Path) -> None:
     # Three tenths of a millisecond late: so much of a step.
     table = exact_table(SCENES["saw-500rpm"], ("position", "velocity"))
     (tmp_path / "t.csv").write_text(csv_text(table | {"time": table["time"] + 3e-4}))
@@ -242,7 +242,7 @@ def test_a_table_out_of_tolerance_is_status_1_with_cause_document_and_report(tmp
     assert (tmp_path / "rep/figures/error.svg").read_text().rstrip().endswith("</svg>")
 
 
-def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(tmp_path: Path) -> None:
+def test_confined_archive_fails_alone_when_it_needs_all_memory(tmp_path: Path) -> None:
     # Its header promises 10^13 numbers; what reads it is told so by the system, in a process of its own.
     head = b"{'descr': '<f8', 'fortran_order': False, 'shape': (10000000000000,), }"
     with zipfile.ZipFile(tmp_path / "t.npz", "w") as archive:
@@ -251,7 +251,7 @@ def test_confined_an_archive_that_asks_for_all_memory_costs_nobody_else(tmp_path
     assert (done.returncode, done.stderr[:19], len(done.stderr.splitlines())) == (2, "conrod: t.npz: it c", 1)
 
 
-def test_a_report_whose_columns_have_another_shape_is_of_another_version(tmp_path: Path) -> None:
+def test_report_is_of_another_version_when_column_shapes_differ(tmp_path: Path) -> None:
     file, out = tmp_path / "t.csv", tmp_path / "r"
     file.write_text(csv_text(exact_table(SAW)))
     conrod("check", str(file), "--scene", "saw-500rpm", "--out", str(out))
@@ -261,7 +261,7 @@ def test_a_report_whose_columns_have_another_shape_is_of_another_version(tmp_pat
 
 
 @pytest.mark.parametrize("speed", [1.0, -1.0])
-def test_a_table_that_leads_out_of_a_pass_at_either_end_is_refused(speed: float, tmp_path: Path) -> None:
+def test_table_is_refused_when_it_leaves_a_pass_at_either_end(speed: float, tmp_path: Path) -> None:
     given = scene_named("geneva")
     scene = given.with_parameters(speed=speed * given.speed)
     ends = sorted(angle / scene.speed for angle in scene.mechanism().driver.span or ())

@@ -145,7 +145,7 @@ def test_large_values_within_the_limit_are_kept() -> None:
 # -- archives --------------------------------------------------------------------------------------------------------
 
 
-def test_archives_hold_columns_planar_arrays_and_what_is_left_out(tmp_path: Path) -> None:
+def test_archive_holds_columns_and_planar_arrays(tmp_path: Path) -> None:
     file = tmp_path / "t.npz"
     numbers = np.arange(3)
     np.savez(file, time=numbers, C=np.column_stack([numbers, numbers + 1.0]), M=np.ones((3, 3)), words=np.array(["a"]),

@@ -53,7 +53,7 @@ def test_tables_are_read_as_people_and_tools_write_them(form: str, tmp_path: Pat
         assert found.values[name] == pytest.approx(numbers, rel=1e-15), name
 
 
-def test_what_is_read_says_where_its_units_are_from_and_what_is_left_out(tmp_path: Path) -> None:
+def test_table_has_the_source_of_its_units_and_unused_columns(tmp_path: Path) -> None:
     text = "time [s],px,C.y,who\n0,1,2,me\n0,1,2,me\n1,2,2,me\n"
     found = read(written(tmp_path, text), SAW, ["C.x=px"], ["m"])
     assert [(column.unit, column.unit_from) for column in found.columns] == [("s", "heading"), *[("m", "--unit")] * 2]
@@ -65,7 +65,7 @@ def test_what_is_read_says_where_its_units_are_from_and_what_is_left_out(tmp_pat
     assert list(found.values) == ["time", "roller.x", "roller.y", "roller.vy"]
 
 
-def test_all_formats_say_the_same_and_archives_may_hold_planar_arrays(tmp_path: Path) -> None:
+def test_formats_have_equal_values_and_archives_planar_arrays(tmp_path: Path) -> None:
     written(tmp_path, csv_text(EXACT))
     np.savez(tmp_path / "t.npz", **EXACT)  # type: ignore[arg-type]
     # Commas between numbers and in them nobody can tell apart.

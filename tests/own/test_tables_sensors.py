@@ -57,7 +57,7 @@ FAULTS: dict[str, tuple[Columns, str, str]] = {
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_of_a_sensor_is_named_with_its_size_and_nothing_else_is(name: str, tmp_path: Path) -> None:
+def test_sensor_fault_is_the_only_cause_and_has_its_size(name: str, tmp_path: Path) -> None:
     table, kind, words = FAULTS[name]
     study = study_of(table, tmp_path)
     assert study.passed is False
@@ -108,13 +108,13 @@ UNKNOWN = {
 
 
 @pytest.mark.parametrize("name", UNKNOWN)
-def test_what_no_fault_of_a_sensor_explains_is_said_to_be_unknown(name: str, tmp_path: Path) -> None:
+def test_cause_is_unknown_when_no_sensor_fault_explains_it(name: str, tmp_path: Path) -> None:
     study = study_of(UNKNOWN[name], tmp_path, position=1e-5)
     assert study.passed is False
     assert study.causes == ()
 
 
-def test_a_fault_that_leaves_more_than_the_tolerance_is_not_claimed(tmp_path: Path) -> None:
+def test_sensor_fault_is_not_claimed_when_error_remains(tmp_path: Path) -> None:
     noisy = changed("M.y", gain=0.97, by=300.0 * NOISE)  # 0.03 mm of noise beside 2.7 mm
     assert [cause.kind for cause in study_of(noisy, tmp_path, position=1e-2).causes] == ["gain"]
     assert study_of(noisy, tmp_path, position=1e-4).causes == ()
@@ -131,7 +131,7 @@ def test_few_rows_have_no_outlier(tmp_path: Path) -> None:
     assert study_of(few, tmp_path, position=1e-4).causes == ()
 
 
-def test_an_outlier_is_found_among_more_rows_than_causes_are_searched_in(tmp_path: Path) -> None:
+def test_outlier_is_found_in_more_rows_than_the_search_uses(tmp_path: Path) -> None:
     table = exact_table(SAW, rows=6000)
     table["C.x"] = table["C.x"] + 0.02 * np.eye(1, len(table["time"]), 3001)[0]
     study = study_of(table, tmp_path, position=1e-4)

@@ -86,7 +86,7 @@ def kinds(study: TableStudy) -> list[str]:
 
 
 @pytest.mark.parametrize("name", ["whitworth", "cam-3-4-5", "saw-40rpm", "shear-press"])
-def test_what_dwells_or_is_written_with_few_digits_is_no_dead_sensor(name: str, tmp_path: Path) -> None:
+def test_dwell_or_few_digits_are_no_dead_sensor(name: str, tmp_path: Path) -> None:
     scene: Scene = scene_named(name)
     table = exact_table(scene, rows=360)
     # Late, so that the dwell lies elsewhere; in mm; and in three digits.

@@ -72,11 +72,11 @@ def stuck_in(column: str, values: Array) -> list[int]:
     # About the dead centre at row 31.4 five rows move by 1.4 % of the travel, eight by 3.2 %.
     (slice(29, 34), False), (slice(28, 36), True),
 ])  # fmt: skip
-def test_a_stretch_counts_from_five_rows_and_two_per_cent_of_the_travel_on(rows: slice, stuck: bool) -> None:
+def test_stretch_is_stuck_from_five_rows_and_two_per_cent_travel(rows: slice, stuck: bool) -> None:
     assert stuck_in("P.x", with_value("P.x", rows, 0.1)) == (list(range(100))[rows] if stuck else [])
 
 
-def test_a_stretch_of_a_coarse_column_counts_from_three_digits_on() -> None:
+def test_stretch_of_coarse_column_is_stuck_from_three_digits() -> None:
     coarse = np.round(EXACT["P.x"], 1)
     assert stuck_in("P.x", coarse) == []
     for last, stuck in ((19, False), (20, True)):
@@ -121,7 +121,7 @@ def test_stuck_values_are_replaced_by_exact_ones_alone() -> None:
     assert np.array_equal(found["Q.y"], EXACT["Q.y"])
 
 
-def test_columns_stuck_in_most_rows_are_dropped_and_rows_of_others() -> None:
+def test_column_is_dropped_when_most_rows_are_stuck_else_rows() -> None:
     rows = np.arange(100)
     table = compared(crank_angle=2.0 * TIMES)
     found = drop_stuck(table, {"P.x": rows < 51, "P.y": rows < 50, "Q.x": (rows > 89) & (rows < 95)}).values

@@ -55,7 +55,7 @@ def test_a_tolerance_limits_a_quantity(tolerance: str, quantity: str) -> None:
     assert limited_quantity(tolerance) == quantity
 
 
-def test_travel_is_the_range_of_a_position_and_the_size_of_a_rate() -> None:
+def test_travel_is_the_range_of_position_and_size_of_rate() -> None:
     # In quarters of a turn: x from -r to r, velocities up to 2 r / s over omega L, accelerations 4 r over omega^2 L.
     assert exact_travels(with_columns(), "position") == pytest.approx(
         {"A.x": 1.0, "A.y": 1.0, "B.x": 0.0, "B.y": 0.0, "C.x": 0.5, "C.y": 0.5}
@@ -187,7 +187,7 @@ RANDOM = np.random.default_rng(3)
 IRREGULAR = np.cumsum(RANDOM.integers(1, 10, 60))  # distances of which most are no multiple of the least
 
 
-def test_a_clock_is_limited_where_an_angle_and_a_tolerance_are_given() -> None:
+def test_clock_has_a_limit_when_angle_and_tolerance_are_given() -> None:
     times = np.arange(10) * 0.1
     assert limits(times, SPEED * times, {}) == {}
     assert limits(times, SPEED * times, {"total": 0.1}) == {}
@@ -197,7 +197,7 @@ def test_a_clock_is_limited_where_an_angle_and_a_tolerance_are_given() -> None:
     assert clock_limits(bare, reading, {"velocity": 0.1}) == {}
 
 
-def test_times_and_angles_at_equal_distances_are_allowed_rounding_alone() -> None:
+def test_equally_spaced_times_and_angles_are_allowed_rounding() -> None:
     times = np.arange(10) * 0.1
     found = limits(times, SPEED * times, {"velocity": 0.1})
     assert list(found) == ["phase"]
@@ -206,14 +206,14 @@ def test_times_and_angles_at_equal_distances_are_allowed_rounding_alone() -> Non
 
 
 @pytest.mark.parametrize("speed", [2.0, -2.0])
-def test_irregular_times_are_allowed_half_their_last_digit_in_their_unit(speed: float) -> None:
+def test_irregular_times_are_allowed_half_a_digit_in_their_unit(speed: float) -> None:
     # Written in ms to one decimal: 0.05 ms, at 2 rad/s.
     times = IRREGULAR * 0.1 * 1e-3
     found = limits(times, speed * times, {"velocity": 0.1}, (1e-3, 1.0), CirclingPoints(speed))
     assert found["phase"] == pytest.approx(2.0 * 0.05e-3, rel=1e-6)
 
 
-def test_irregular_angles_are_allowed_half_their_last_digit_in_their_unit() -> None:
+def test_irregular_angles_are_allowed_half_a_digit_in_their_unit() -> None:
     # Written in degrees to two decimals, at times in full: 0.005 deg.
     degrees = IRREGULAR * 0.01
     times = np.radians(degrees) / SPEED
@@ -231,7 +231,7 @@ def test_single_precision_is_allowed_half_of_its_last_digit() -> None:
 
 
 @pytest.mark.parametrize("factor", [1.0, 1e-3])
-def test_missing_rows_leave_times_at_their_word_where_distances_are_far_above_the_digits(factor: float) -> None:
+def test_times_are_exact_without_some_rows_when_far_above_digits(factor: float) -> None:
     # Written to 10 of its unit, whose half is 5; distances of 20 are more than three times that.
     kept = np.cumsum([0, 1, 3, 1, 4, 1, 3, 1, 1, 3, 1, 2, 1]) * 20.0 * factor
     found = limits(kept, SPEED * kept, {"velocity": 0.1}, (factor, 1.0))

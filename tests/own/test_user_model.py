@@ -32,7 +32,7 @@ def facts(folder: Path, text: str) -> ModelFacts:
 
 
 @pytest.mark.parametrize("kind", ["saw", "press", "cam"])
-def test_conrods_own_files_are_their_machines_to_rounding_or_the_error_of_a_shape(tmp_path: Path, kind: str) -> None:
+def test_own_file_is_its_machine_to_rounding_or_shape_error(tmp_path: Path, kind: str) -> None:
     identity = seen(tmp_path, kind, TEXTS[kind])
     frame = identity.frame
     assert identity.is_machine(1e-12)
@@ -94,7 +94,7 @@ def test_one_length_that_is_off_is_found_to_rounding(
     assert identity.left < 1e-12
 
 
-def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_path: Path) -> None:
+def test_misplaced_point_is_named_beside_its_longer_rod(tmp_path: Path) -> None:
     text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"')
     (found,) = seen(tmp_path, "saw", text).explanations
     assert [length_words(one) for one in found.lengths] == ["rod is 0.01 % too long: 300.03 mm instead of 300 mm"]
@@ -103,7 +103,7 @@ def test_a_point_that_did_not_move_along_with_its_longer_rod_is_named_too(tmp_pa
 
 
 @pytest.mark.parametrize("radius", [0.0095, 0.0090001], ids=["by-far", "just-beyond-the-bound"])
-def test_a_wrong_length_of_the_cam_is_seen_beyond_the_error_of_its_shape(tmp_path: Path, radius: float) -> None:
+def test_wrong_cam_length_is_found_above_shape_error(tmp_path: Path, radius: float) -> None:
     text = replaced(TEXTS["cam"], 'type="sphere" size="0.009"', f'type="sphere" size="{radius}"')
     identity = seen(tmp_path, "cam", text)
     assert not identity.is_machine(1e-6)
@@ -122,7 +122,7 @@ SAW_RIGHT = replaced(SAW_RIGHT, ROD_END, 'name="slider-pin.rod" pos="0.3001 0 0"
     ("press", PRESS_BELOW, GivenFrame(rotation=0.0), []),
     ("saw", SAW_RIGHT, None, [[("rod", 0.3001)]]),
 ])  # fmt: skip
-def test_the_other_assembly_branch_is_named_and_a_length_that_is_off_on_it(
+def test_other_branch_is_named_with_a_wrong_length_on_it(
     tmp_path: Path, kind: str, text: str, given: GivenFrame | None, lengths: list[list[tuple[str, float]]]
 ) -> None:
     identity = seen(tmp_path, kind, text, given, points=("C",) if kind == "saw" else ("A", "G"))

@@ -47,7 +47,7 @@ def test_looking_at_a_run_changes_no_bit_of_it() -> None:
     assert plain.time == looked_at.time
 
 
-def test_conrods_own_file_is_as_accurate_as_the_preset_it_was_written_with(tmp_path: Path) -> None:
+def test_own_file_is_as_accurate_as_its_preset(tmp_path: Path) -> None:
     study = judged(tmp_path, "saw", SAW, turns=2.0)
     assert study.passed
     for label in ("tuned", "hardened"):
@@ -60,7 +60,7 @@ def test_conrods_own_file_is_as_accurate_as_the_preset_it_was_written_with(tmp_p
         assert study.runs[OWN].worst(quantity) == study.runs["tuned"].worst(quantity)
 
 
-def test_a_model_at_stock_settings_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
+def test_stock_model_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
     text = settled(SAW, STOCK)
     # From its keyframe, with rates, nothing keeps it at its speed.
     released = judged(tmp_path, "saw", text)
@@ -163,7 +163,7 @@ def servo_at(tmp_path: Path, speed: float, kv: float = 30.0, tolerance: float = 
     (SCENE.speed, 2.0, "it turned at 39."),  # a soft one: uneven by a sixth
     (0.0, 30.0, "stands still, not at the 40 rpm of the scene, with all controls at 0 (--ctrl NAME=VALUE)"),  # a brake
 ], ids=["stiff", "slow", "soft", "nothing"])  # fmt: skip
-def test_what_conrods_drive_hides_of_a_servo_is_the_first_thing_said(
+def test_verdict_starts_with_servo_faults_that_the_drive_hides(
     tmp_path: Path, speed: float, kv: float, said: str
 ) -> None:
     study = servo_at(tmp_path, speed, kv)
@@ -176,7 +176,7 @@ def test_what_conrods_drive_hides_of_a_servo_is_the_first_thing_said(
 
 
 @pytest.mark.usefixtures("no_presets")
-def test_a_servo_that_turns_the_crank_as_commanded_passes_and_is_judged_by_its_own_run(tmp_path: Path) -> None:
+def test_servo_passes_by_its_own_run_when_it_follows_command(tmp_path: Path) -> None:
     study = servo_at(tmp_path, SCENE.speed)
     assert study.passed
     assert "its crank keeps to the 40 rpm of the scene: it turned at 39.999 rpm on average" in words.verdict(study)
@@ -226,7 +226,7 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
 
 
 @pytest.mark.usefixtures("at_once")
-def test_a_model_that_is_not_the_machine_has_exit_status_1_and_its_length_named(tmp_path: Path) -> None:
+def test_wrong_model_has_exit_status_1_and_names_the_length(tmp_path: Path) -> None:
     file = tmp_path / "saw.xml"
     file.write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"'))
     asked = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--revolutions", 1)

@@ -110,7 +110,7 @@ def test_what_is_badly_off_fails_without_a_tolerance_too(what: str, tmp_path: Pa
     assert words.verdict(study).startswith(WRONG[what][1])
 
 
-def test_keyframe_that_is_no_pose_of_the_machine_is_off_by_what_it_snaps(tmp_path: Path) -> None:
+def test_open_keyframe_is_wrong_by_the_snap_to_a_closed_pose(tmp_path: Path) -> None:
     for name, off, acceleration in (("saw-keyframe-open", 30.0, 58.0), ("saw-keyframe-other-branch", 370.0, 800.0)):
         study = judged_saw(tmp_path, (CASES / f"{name}.xml").read_text(), ALLOWED)
         assert not study.passed
@@ -145,7 +145,7 @@ def test_a_start_of_the_machine_raises_no_alarm(digits: int, crank: float, tmp_p
     assert study.own_run.worst("total") < 1e-4
 
 
-def test_a_model_that_only_others_drive_is_judged_by_conrods_drive(tmp_path: Path) -> None:
+def test_undriven_model_is_judged_by_conrods_drive(tmp_path: Path) -> None:
     study = judged_saw(tmp_path, without_keyframe(), ALLOWED)
     assert study.passed
     assert not study.has_start
@@ -253,7 +253,7 @@ def test_contacts_pass_as_far_as_they_keep_to_the_tolerance(tmp_path: Path) -> N
     assert not judged_saw(tmp_path, text, {"position": 1e-5}).passed
 
 
-def test_a_point_on_the_crank_judges_no_loop_and_the_verdict_says_so(tmp_path: Path) -> None:
+def test_verdict_names_loops_not_judged_by_a_point_on_the_crank(tmp_path: Path) -> None:
     press = TEXTS["press"]
     study = judged(tmp_path, "press", press, tolerance=ALLOWED)
     assert study.model.rigid == ()
