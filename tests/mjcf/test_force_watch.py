@@ -109,7 +109,7 @@ def test_sizes_are_those_of_mujoco() -> None:
     assert not bent.exact  # the exact forces know linear springs
 
 
-def test_part_of_the_acceleration_that_mujoco_lacks_is_the_second_derivative() -> None:
+def test_acceleration_that_mujoco_lacks_is_second_derivative() -> None:
     """Of y = x + x^2 / 2 at 20 rad/s: 400 rad/s^2."""
     parts = {"bodies": DISC, "equality": '<joint name="p" joint1="d" joint2="crank" polycoef="0 1 0.5 0 0"/>'}
     (found,) = seen(steps=0, **parts)
@@ -119,7 +119,7 @@ def test_part_of_the_acceleration_that_mujoco_lacks_is_the_second_derivative() -
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
-def test_gravity_across_is_that_along_the_hinges_of_a_planar_machine(tilt: float) -> None:
+def test_gravity_across_is_along_hinges_of_a_planar_machine(tilt: float) -> None:
     text = MACHINE.format(**dict.fromkeys(PARTS, "") | {"option": f'gravity="0 {-np.cos(tilt)} {-np.sin(tilt)}"'})
     assert gravity_across(mujoco.MjModel.from_xml_string(text)) == pytest.approx(np.sin(tilt), abs=1e-12)
     # A machine in space has no plane.

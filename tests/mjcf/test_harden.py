@@ -88,7 +88,7 @@ def alone(recipe: recipes.Recipe) -> recipes.Recipe:
 # -- what it is for --------------------------------------------------------------------------------------------------
 
 
-def test_hardening_closes_every_loop_and_it_is_the_whole_recipe_that_keeps_the_motion() -> None:
+def test_hardening_closes_loops_by_the_whole_recipe_alone() -> None:
     before, after = found("swing").variants
     assert found("swing").loops == ("connect left-loop", "connect right-loop", "joint gait")
     assert all(now < 1e-5 * then for then, now in zip(before.openings, after.openings, strict=True))
@@ -104,13 +104,13 @@ def test_hardening_closes_every_loop_and_it_is_the_whole_recipe_that_keeps_the_m
         assert np.log(wide[0] / wide[1]) / np.log(4.0) == pytest.approx(order, abs=0.1)
 
 
-def test_loops_stay_closed_when_feet_hit_the_floor_and_knees_their_stops() -> None:
+def test_loops_stay_closed_when_feet_hit_floor_and_knees_stops() -> None:
     before, after = found("drop").variants
     assert before.broke == after.broke == ""
     assert max(after.openings) < 1e-3 * max(before.openings)
 
 
-def test_the_hardened_motion_is_that_of_loops_closed_by_lagrange_multipliers() -> None:
+def test_hardened_motion_equals_that_of_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
     state = closed_start(legged(), "swing")[0]
     exact = exact_points(legged(), state, 100, 20)
@@ -204,7 +204,7 @@ GRIPS = (
 
 
 @pytest.mark.parametrize("grip", GRIPS)
-def test_what_drags_a_body_after_a_mocap_body_is_a_handle_and_no_closure(grip: str, tmp_path: Path) -> None:
+def test_weld_to_a_mocap_body_is_a_handle_and_no_closure(grip: str, tmp_path: Path) -> None:
     words = "grip is a handle: it drags held after the mocap body hand"
     site = '<body name="hand" mocap="true" pos="0 1 0"><body name="palm"><site name="on_hand"/></body></body>'
     text = TWO_ARMS.replace('<body name="hand" mocap="true" pos="0 1 0"/>', site)
@@ -239,7 +239,7 @@ def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
     assert opening == pytest.approx(9.81 * recipes.compliance(solref, solimp, 0.0), rel=1e-6)
 
 
-def test_set_const_undoes_it_and_a_hardened_model_is_told_from_one_that_is_not() -> None:
+def test_set_const_undoes_hardening_and_recipe_detects_hardening() -> None:
     closures = recipes.active_closures(legged())
     recipe = recipes.recipe_for(legged(), closures)
     model = recipes.apply_recipe(legged(), recipe)
@@ -284,7 +284,7 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
     assert forced.content is not None
 
 
-def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it_is_any_better(tmp_path: Path) -> None:
+def test_model_is_refused_when_it_breaks_off_hard_and_soft(tmp_path: Path) -> None:
     # A motor whose feedback feeds: hard or soft, the swing grows until it is no number.
     model = tmp_path / "growing.xml"
     model.write_text(
@@ -300,7 +300,7 @@ def test_a_model_that_breaks_off_either_way_is_refused_for_nothing_shows_that_it
     assert harden_file(model, seconds=0.1).refusals == ()
 
 
-def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_its_time_constant() -> None:
+def test_curved_joint_equality_is_not_slowed_by_hardening() -> None:
     model = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1" polycoef="0 1 0.3 0 0"/>')
     straight = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1"/>')
     slowed = [
@@ -327,7 +327,7 @@ def test_a_curved_joint_equality_is_not_slowed_for_it_opens_with_the_square_of_i
     ("robot", "start", "seconds", "closures"),
     [("agility_cassie", ("--keyframe", "home"), 0.1, 4), ("robotiq_2f85", (), 0.2, 3)],
 )
-def test_the_loops_of_a_robot_are_closed_and_its_model_is_linted_and_left_alone(
+def test_robot_loops_are_hardened_and_its_model_is_unchanged(
     robot: str, start: tuple[str, ...], seconds: float, closures: int, tmp_path: Path
 ) -> None:
     menagerie = pytest.importorskip("mujoco_menagerie")
@@ -348,7 +348,7 @@ def test_the_loops_of_a_robot_are_closed_and_its_model_is_linted_and_left_alone(
     assert model.read_bytes() == text
 
 
-def test_a_flag_by_which_no_weights_are_read_is_switched_off_by_the_recipe_and_its_lines(tmp_path: Path) -> None:
+def test_recipe_clears_the_flag_that_makes_weights_unread(tmp_path: Path) -> None:
     path = tmp_path / "exact.xml"
     path.write_text(
         replaced(TEXTS["saw"], "<flag ", '<flag diagexact="enable" '),

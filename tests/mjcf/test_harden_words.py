@@ -52,7 +52,7 @@ def file_of(folder: Path, equality: str = BELT, more: str = "", option: str = ""
      "model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4"),
     (Edit("enableflags", 2), "model.opt.enableflags = 2"),
 ])  # fmt: skip
-def test_an_edit_is_a_line_of_python_that_does_what_the_edit_does(edit: Edit, line: str) -> None:
+def test_edit_has_a_line_of_python_with_the_same_effect(edit: Edit, line: str) -> None:
     assert edit.line == line
     pair = BELT + '<joint name="other" joint1="a" joint2="b" polycoef="0 2 0 0 0"/>'
     model, other = arms(pair), arms(pair)
@@ -67,7 +67,7 @@ def test_an_edit_is_a_line_of_python_that_does_what_the_edit_does(edit: Edit, li
         assert model.dof_invweight0[1] == stock.dof_invweight0[1]
 
 
-def test_lines_of_a_recipe_load_the_file_and_say_when_they_are_needed_again() -> None:
+def test_recipe_lines_load_the_file_and_name_when_to_repeat() -> None:
     lines = recipes.python_lines((Edit("enableflags", 0),), Path("/models/arm's.xml"))
     assert lines == (
         'import mujoco\n\nmodel = mujoco.MjModel.from_xml_path("/models/arm\'s.xml")\n'
@@ -76,7 +76,7 @@ def test_lines_of_a_recipe_load_the_file_and_say_when_they_are_needed_again() ->
     assert "from_binary_path('/models/arm.MJB')" in recipes.python_lines((), Path("/models/arm.MJB"))
 
 
-def test_closures_are_softened_by_weights_of_bodies_of_joints_or_of_tendons() -> None:
+def test_closures_have_weights_of_bodies_joints_or_tendons() -> None:
     curved, straight = 'polycoef="0 1 0.5 0 0"', 'polycoef="0.5 2 0 0 0"'
     model = arms(
         '<connect name="c" site1="s" site2="t"/><weld name="w" body1="b"/>'
@@ -142,7 +142,7 @@ def test_an_impedance_is_that_of_a_closed_constraint() -> None:
         assert recipes.impedance(np.array([*solimp, 0.5, 2.0])) == pytest.approx(found, rel=1e-12)
 
 
-def test_a_compliance_is_in_proportion_to_the_square_of_the_time_constant() -> None:
+def test_compliance_is_proportional_to_time_constant_squared() -> None:
     solimp = np.array([0.8, 0.9, 0.001, 0.5, 2.0])
     # 0.2 / 0.64 x (0.9 x 0.02 x 1.5)^2
     assert recipes.compliance(np.array([0.02, 1.5]), solimp, 0.0) == pytest.approx(0.3125 * 0.027**2)
@@ -246,7 +246,7 @@ def test_harm_is_a_run_that_breaks_off_or_loops_that_open_more(
     assert study._harm_reason(FOUND, before, after) == harm
 
 
-def test_figures_are_doubted_where_loops_stay_open_or_nothing_moves() -> None:
+def test_figures_are_doubted_when_loops_open_or_nothing_moves() -> None:
     assert list(study._doubts(FOUND)) == []
     assert list(study._doubts(replace(FOUND, travel=None))) == []
     assert list(study._doubts(replace(FOUND, travel=2e-9))) == []

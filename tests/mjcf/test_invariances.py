@@ -85,24 +85,20 @@ def test_a_similarity_that_forgets_a_field_is_found(
     assert any(one.outcome is InvarianceOutcome.BROKEN for one in similarities(loops))
 
 
-def test_friction_pyramids_follow_the_world_and_are_round_where_it_is_turned(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_friction_pyramid_becomes_a_cone_in_a_turned_world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     sliding = bench_of(tmp_path / "sliding.xml", BOX)
     assert [one.outcome for one in similarities(sliding)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.HOLDS]
     monkeypatch.setattr("conrod.models.invariances.changes._with_elliptic_cone", lambda bench: bench)
     assert [one.outcome for one in similarities(sliding)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.BROKEN]
 
 
-def test_what_a_similarity_does_not_know_is_unsupported_with_the_reason(loops: InvarianceBench) -> None:
+def test_similarity_is_unsupported_with_reason_for_a_fluid(loops: InvarianceBench) -> None:
     windy = copy.copy(loops.model)
     windy.opt.density = 1.2
     assert all(one.refusal(windy) == "the model has a fluid" for one in SIMILARITIES.values())
 
 
-def test_a_world_of_many_geoms_is_turned_with_the_boxes_that_contacts_are_sought_by(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_turned_world_of_many_geoms_turns_its_contact_boxes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     grid = [(0.1 * i - 0.25, 0.1 * j - 0.25) for i in range(6) for j in range(6)]
     floor = "".join(f'<geom type="box" size="0.05 0.05 0.05" pos="{x} {y} 0"/>' for x, y in grid)
     shapes = '<geom type="box" size="0.1 0.02 0.02"/><geom type="box" size="0.02 0.1 0.02"/>'
@@ -126,7 +122,7 @@ def test_an_actuator_whose_force_is_not_linear_is_not_known(loops: InvarianceBen
 
 
 @pytest.mark.slow
-def test_sparse_factorisation_of_4_0_0_is_told_from_that_of_4_0_1() -> None:
+def test_sparse_factorisation_breaks_in_4_0_0_and_holds_in_4_0_1() -> None:
     """MuJoCo 4.0.1's release notes: 4.0.0 merged rows with different descendants (#3767)."""
     sparse = next(
         one for one in study_declaration_orders(select_scene("four-bar-chain-5", [])[1]) if "sparse" in one.change
@@ -135,7 +131,7 @@ def test_sparse_factorisation_of_4_0_0_is_told_from_that_of_4_0_1() -> None:
     assert sparse.outcome is (InvarianceOutcome.BROKEN if mujoco.__version__ == "4.0.0" else InvarianceOutcome.HOLDS)
 
 
-def test_command_judges_any_model_and_names_what_does_not_go_with_it(tmp_path: Path) -> None:
+def test_command_judges_any_model_and_refuses_unfit_options(tmp_path: Path) -> None:
     model, report, again = tmp_path / "m.xml", tmp_path / "r", tmp_path / "again"
     bench_of(model)
     done = conrod("invariances", str(model), "--seconds", "0.02", "--out", str(report))

@@ -109,9 +109,7 @@ def test_what_is_planted_is_found_and_nothing_else(planted: str, tmp_path: Path)
 
 
 @pytest.mark.parametrize(("constant", "found"), [(0.003, set()), (0.0034, {"soft-closure"})])
-def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
-    constant: float, found: set[str], tmp_path: Path
-) -> None:
+def test_closure_is_soft_when_it_gives_more_than_bearing_play(constant: float, found: set[str], tmp_path: Path) -> None:
     """By 0.88 and 1.1 ten-thousandths of the machine's size."""
     assert (
         rules_of(at(tmp_path, replaced(SAW, CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"'))) == found
@@ -119,7 +117,7 @@ def test_a_closure_is_soft_where_it_gives_more_than_a_bearings_play(
 
 
 @pytest.mark.parametrize("off", [0.0, 1e-4])
-def test_a_loop_twice_is_redundant_and_a_pin_across_a_tilted_plane_is_not(off: float, tmp_path: Path) -> None:
+def test_double_loop_is_redundant_and_pin_on_tilted_plane_is_not(off: float, tmp_path: Path) -> None:
     twice = four_bar().replace('pos="0.3 0 0"/>', f'pos="0.3 0 0"/><site name="D" pos="{0.3 + off} 0 0"/>')
     twice = twice.replace("</equality>", '<connect name="again" site1="B" site2="D"/></equality>')
     # Also where both contradict each other by a tenth of a millimetre.
@@ -153,7 +151,7 @@ SWAPPED = '<connect name="pin" body1="rocker" body2="coupler" anchor="0 0 -0.22"
     (SWAPPED, "pin holds coupler at a point 300 mm from its nearest geom: the parts do not meet"),
     ('<weld name="pin" body1="coupler" body2="rocker"/>', "pin holds rocker 282 mm apart from coupler"),
 ])  # fmt: skip
-def test_parts_that_do_not_meet_are_named_with_the_sites_to_connect(pin: str, words: str, tmp_path: Path) -> None:
+def test_parts_apart_are_named_with_the_sites_to_connect(pin: str, words: str, tmp_path: Path) -> None:
     (found,) = (one for one in at(tmp_path, replaced(APART, PIN, pin)).findings if one.rule == "parts-apart")
     assert found.what.startswith(words)
     assert found.severity is (Severity.NOTE if "weld" in pin else Severity.ERROR)
@@ -186,7 +184,7 @@ def test_parts_that_meet_or_are_not_drawn_are_no_finding(c: str, anchor: str, ap
     assert not list(parts_apart(mujoco.MjModel.from_xml_string(world)))
 
 
-def test_nothing_moves_in_the_run_of_a_steering_and_it_is_said_until_something_does(tmp_path: Path) -> None:
+def test_steering_has_a_nothing_moves_note_until_driven(tmp_path: Path) -> None:
     text = (CASES / "steering.xml").read_text(encoding="utf-8")
     report = at(tmp_path, text, seconds=0.2)
     (found,) = (one for one in report.findings if one.rule == "nothing-moves")
@@ -205,7 +203,7 @@ def test_conrods_own_models_have_no_finding(name: str) -> None:
     assert report.findings == ()
 
 
-def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(tmp_path: Path) -> None:
+def test_model_is_judged_at_a_stable_step_when_its_own_is_long(tmp_path: Path) -> None:
     report = at(tmp_path, replaced(TOO_LONG, 'autoreset="disable" ', ""), seconds=10.0)
     assert rules_of(report) == {"step-too-long", "silent-reset"}
     evidence = next(finding.evidence for finding in report.findings if finding.rule == "step-too-long")
@@ -215,7 +213,7 @@ def test_a_model_whose_step_is_too_long_is_judged_with_one_that_is_not(tmp_path:
     assert report.notes == ("all other rules are judged with a step of 0.0125 s",)
 
 
-def test_a_soft_closure_is_found_where_the_step_alone_opens_a_stiff_one(tmp_path: Path) -> None:
+def test_soft_closure_is_found_when_the_step_opens_a_stiff_one(tmp_path: Path) -> None:
     text = replaced(SAW, 'timestep="0.00012" integrator="RK4"', 'timestep="0.004" integrator="Euler"')
     request: dict[str, Any] = {"seconds": 0.12, "ignored": ["step-too-long"]}
     (finding,) = at(tmp_path, replaced(text, f" {CLOSURE}", ""), **request).findings
@@ -234,7 +232,7 @@ def test_the_rules_are_those_of_their_page() -> None:
 # -- files -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_model_of_many_files_is_left_alone_and_its_fix_has_the_rest_of_its_text(tmp_path: Path) -> None:
+def test_model_of_many_files_stays_and_its_fix_keeps_other_text(tmp_path: Path) -> None:
     gripper = tmp_path / "robot" / "gripper.xml"
     parts = {"gripper.xml": GRIPPER, "parts/defaults.xml": DEFAULTS, "shapes/cube.obj": CUBE}
     for name, text in parts.items():
@@ -315,9 +313,7 @@ def test_the_command_tells_writes_and_ends_with_its_status(tmp_path: Path) -> No
     assert "no findings" in done.stdout
 
 
-def test_sarif_gives_each_finding_its_line_and_no_text_breaks_out(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sarif_gives_each_finding_its_line_and_escapes_text(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     name, hostile = "my saw, 100%: é.xml", 'planted "\r\n<name>'
     lines = ("<mujoco>", " <option/>", ' <!-- name="pin" -->', " <equality>", "  <connect", '    name="pin"/>')

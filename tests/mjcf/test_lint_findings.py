@@ -100,7 +100,7 @@ def test_a_bench_with_a_finer_step_runs_for_the_same_time(tmp_path: Path) -> Non
     assert (bench.with_edits(()).steps, bench.with_edits((), 7).steps) == (20, 7)
 
 
-def test_the_size_is_the_diagonal_about_moving_bodies_and_their_joints(tmp_path: Path) -> None:
+def test_size_is_the_diagonal_about_moving_bodies_and_joints(tmp_path: Path) -> None:
     still = '<body pos="9 9 9"><geom size="0.01"/></body>'
     text = arms(inner='<body name="far" pos="0 0 0.5"><geom size="0.01" mass="1"/></body>')
     bench = bench_of(tmp_path, text.replace("</worldbody>", f"{still}</worldbody>"))
@@ -196,7 +196,7 @@ def test_an_open_start_is_a_finding_with_the_nearest_closed_pose(tmp_path: Path)
     assert far.fix == "lengths or places of the closures: no pose closes them"
 
 
-def test_a_closure_that_is_said_twice_is_a_finding_in_all_its_words(tmp_path: Path) -> None:
+def test_double_closure_gives_a_whole_finding(tmp_path: Path) -> None:
     twice = BELT + BELT.replace("belt", "again")
     found = only(closures.redundant_closure(bench_of(tmp_path, arms(twice))))
     assert found == Finding(
@@ -213,7 +213,7 @@ def test_a_closure_that_is_said_twice_is_a_finding_in_all_its_words(tmp_path: Pa
     assert list(closures.redundant_closure(bench_of(tmp_path, arms()))) == []
 
 
-def test_rows_that_repeat_others_in_part_are_a_finding_of_all_closures(tmp_path: Path) -> None:
+def test_partly_redundant_rows_give_a_finding_of_all_closures(tmp_path: Path) -> None:
     # Two pins between bodies that only turn about parallel axes: each holds what the other does, in part.
     text = """<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody>
       <body name="a"><joint axis="0 0 1"/><geom size="0.01" pos="0.3 0 0" mass="1"/>
@@ -243,7 +243,7 @@ def overlap(one: str = 'name="arm"', two: str = 'name="hand"', more: str = "") -
     return text.replace('autoreset="disable"', 'autoreset="disable" filterparent="disable"')
 
 
-def test_links_that_collide_at_their_joint_are_a_finding_in_all_its_words(tmp_path: Path) -> None:
+def test_links_that_collide_at_their_joint_give_a_whole_finding(tmp_path: Path) -> None:
     found = only(closures.joined_links_collide(bench_of(tmp_path, overlap())))
     assert found.change is not None
     assert found == Finding(
@@ -291,7 +291,7 @@ def test_bodies_are_joined_by_a_connect_or_weld_that_acts(equality: str, joint: 
     assert closures._joint_between(mujoco.MjModel.from_xml_string(arms(equality)), 1, 2) == joint
 
 
-def test_bodies_are_joined_by_hinges_and_balls_and_by_what_is_fixed_to_them() -> None:
+def test_bodies_are_joined_by_hinges_balls_and_fixed_parts() -> None:
     kinds = {"": "", '<joint name="j" type="slide"/>': "", '<joint name="j" type="ball"/>': "joint j",
              '<joint name="j"/><joint name="k" axis="1 0 0"/>': "joint j",
              '<joint name="j"/><joint name="k" type="slide"/>': "",
@@ -405,7 +405,7 @@ def test_what_stands_still_is_a_note_that_says_how_to_move_it(tmp_path: Path) ->
     assert list(stepping.nothing_moves(run_with(bench, broke="not finite"))) == []
 
 
-def test_a_step_that_is_too_long_is_a_finding_with_half_of_the_longest(
+def test_too_long_step_gives_a_finding_with_half_of_the_longest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench = bench_of(tmp_path, arms())

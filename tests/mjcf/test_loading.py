@@ -86,7 +86,7 @@ def test_elements_have_names_or_numbers(model: mujoco.MjModel) -> None:
     assert [joint_kind(model, joint) for joint in range(4)] == ["hinge", "slide", "ball", "free"]
 
 
-def test_an_element_that_is_not_there_is_named_with_those_that_are(model: mujoco.MjModel) -> None:
+def test_missing_element_is_named_with_those_that_exist(model: mujoco.MjModel) -> None:
     assert (
         refusal(element_id, model, "joint", "pim")
         == "unknown joint 'pim': did you mean 'pin'? choose from ball, loose, pin"
@@ -145,7 +145,7 @@ def test_controls_that_cannot_be_given_are_refused(
     assert refusal(data_at_start, model, None, (control,)).startswith(message)
 
 
-def test_a_control_is_refused_without_actuators_and_kept_where_nothing_clamps(bare: mujoco.MjModel) -> None:
+def test_control_is_refused_without_actuators_and_kept_unclamped(bare: mujoco.MjModel) -> None:
     assert refusal(data_at_start, bare, None, (("motor", 1.0),)) == "--ctrl motor: the model has no actuator"
     free = mujoco.MjModel.from_xml_string(TEXT.replace("/>", "><flag clampctrl='disable'/></option>", 1))
     assert data_at_start(free, None, (("motor", 9.0),))[0].ctrl.tolist() == [9.0, 0.0]

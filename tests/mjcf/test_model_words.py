@@ -135,7 +135,7 @@ def test_loads_differ_in_the_units_of_their_joints() -> None:
 # -- ranges ------------------------------------------------------------------------------------------------------------
 
 
-def test_joints_that_start_outside_their_ranges_are_said_and_moved_inside() -> None:
+def test_joints_outside_ranges_are_named_and_moved_inside() -> None:
     ranged = four_bar(frame="").replace('name="rocker" axis="0 0 1"', 'name="rocker" axis="0 0 1" range="-3 0"')
     angle = start_angles(GRASHOF, 1.0)[2]
     assert angle > 0.0
@@ -175,7 +175,7 @@ def test_an_open_start_has_its_gaps_and_the_nearest_closed_pose() -> None:
     assert pose_words(np.array([-1e-14, 1.0 / 3.0, -2.0])) == "0 0.3333333333 -2"
 
 
-def test_rates_that_open_a_loop_are_compared_with_those_that_it_asks_for() -> None:
+def test_rates_that_open_a_loop_are_compared_with_required_rates() -> None:
     machine = driven(four_bar(frame=""), {"crank": "60rpm"}, 0.01)
     model = mujoco.MjModel.from_xml_string(four_bar(frame=""))
     data, right = mujoco.MjData(model), machine.motion(np.zeros(1)).rates[0, :, 0]
@@ -214,7 +214,7 @@ def test_parts_apart_are_said_with_their_cure() -> None:
     assert weld.cure == "put a site on each of the two parts, where they meet, and connect the sites"
 
 
-def test_names_are_listed_six_at_most_and_starts_with_their_inputs() -> None:
+def test_names_are_listed_up_to_six_and_starts_with_inputs() -> None:
     assert list_names("abcdef") == "a, b, c, d, e, f"
     assert list_names("abcdefgh") == "a, b, c, d, e, f and 2 more"
     assert list_names("abc", 2) == "a, b and 1 more"

@@ -55,7 +55,7 @@ def scene(folder: Path, text: str, **more: float) -> ModelStudy:
 # -- limits and contacts -----------------------------------------------------------------------------------------------
 
 
-def test_limit_of_a_tendon_is_named_with_a_drive_and_no_torque_is_off_by_it() -> None:
+def test_tendon_limit_is_named_and_spoils_no_torque_with_a_drive() -> None:
     found = looped(TENDON, "crank=40rpm", 1.5)
     assert re.search(
         rf"What acts besides its loops: the limit of tendon t \(up to 3\.\de\+04 N\); {NOT_ALONE}\.", finding(found)
@@ -93,7 +93,7 @@ def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(tmp_path: Path) -> None:
     assert "limit" not in verdict(off)
 
 
-def test_contacts_are_named_with_a_scene_and_in_the_files_own_run(tmp_path: Path) -> None:
+def test_contacts_are_named_with_a_scene_and_in_the_own_run(tmp_path: Path) -> None:
     found = scene(tmp_path, CONTACTS)
     assert f"What acts besides its loops: contact of rod and slider (up to 3.4e+03 N); {NOT_ALONE}." in verdict(found)
     assert [one.title for one in found.own_run.acting] == ["contact of rod and slider"]
@@ -120,7 +120,7 @@ def test_run_that_ends_says_what_stood_in_its_way(preset: str) -> None:
 # -- what MuJoCo's acceleration lacks, and gravity ---------------------------------------------------------------------
 
 
-def test_polynomial_is_named_with_the_part_of_its_acceleration_that_lacks(tmp_path: Path) -> None:
+def test_polynomial_is_named_with_the_acceleration_that_it_lacks(tmp_path: Path) -> None:
     text, engine = CURVED.format(0.25, 2.0, 2.0), f"MuJoCo {mujoco.__version__}"
     words = f"{engine} lacks the part of the velocity in the acceleration of cam: up to 20 rad/s²"
     assert words in finding(looped(text, "a=60rpm"))  # 2 x 0.25 (2 pi)^2 = 19.7

@@ -130,9 +130,7 @@ def test_a_run_on_another_branch_is_no_error_of_the_same_motion() -> None:
 
 
 @pytest.mark.parametrize(("branch", "near", "is_other"), [(1.0, 1e-6, False), (-1.0, 0.01, True), (-1.0, 1.0, False)])
-def test_a_branch_is_another_where_its_nearest_closed_pose_is_elsewhere(
-    branch: float, near: float, is_other: bool
-) -> None:
+def test_branch_differs_when_nearest_closed_pose_is_elsewhere(branch: float, near: float, is_other: bool) -> None:
     here = np.array(start_angles(GRASHOF, 1.0, branch))[:, None]
     truth = exact().coordinates[:, :1]
     assert is_on_other_branch(machine(), ("A", "B"), here, 0.0, truth, near) is is_other
@@ -222,7 +220,7 @@ def test_tendons_beyond_their_limits_are_said_with_how_far() -> None:
         assert list(tendons_beyond_limits(model, lengths)) == []
 
 
-def test_joints_beyond_their_limits_and_parts_that_touch_are_said() -> None:
+def test_remarks_name_joints_beyond_limits_and_parts_in_contact() -> None:
     slide = '<body name="s"><joint name="s" type="slide" range="-0.1 0.2"/><geom size="0.1"/></body>'
     hinge = '<body name="h"><joint name="h" range="-0.5 1"/><geom size="0.1"/></body>'
     free = '<body name="f"><joint name="f"/><geom size="0.1"/></body>'
@@ -276,7 +274,7 @@ def test_a_rate_that_turns_back_at_every_step_chatters() -> None:
     assert swinging(tiny) is None
 
 
-def test_the_files_own_run_is_as_long_as_asked_for_and_says_what_drives_it() -> None:
+def test_own_run_has_the_requested_length_and_names_its_drive() -> None:
     model = mujoco.MjModel.from_xml_string(four_bar(option='gravity="0 0 0"'))
     data = mujoco.MjData(model)
     still = shipped_run(machine().tree, model, data, 0.0304, "its own pose", TRAVEL)
@@ -346,7 +344,7 @@ def test_closures_are_named_with_their_rows_and_openings() -> None:
     assert widest_opening_words({"pin": 1e-3, "gear": 2.34567e-3}) == "gear opens by 2.35 mm"
 
 
-def test_a_run_breaks_off_at_bad_numbers_and_says_whether_it_was_reset() -> None:
+def test_run_breaks_off_at_bad_numbers_and_reports_a_reset() -> None:
     model = mujoco.MjModel.from_xml_string(four_bar())
     data = mujoco.MjData(model)
     assert break_off_reason(model, data) == ""

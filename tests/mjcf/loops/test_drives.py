@@ -185,7 +185,7 @@ def test_drive_is_the_armature_written_in_the_file(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", MODELS)
-def test_flywheels_change_the_fields_that_a_compiled_armature_does(name: str) -> None:
+def test_flywheel_changes_the_fields_of_a_compiled_armature(name: str) -> None:
     one, kept = compared(name, "hardened"), ("stat", "names", "actuator_acc0", "text_data")
     for field in dir(one.ours):
         values = getattr(one.ours, field)
@@ -194,7 +194,7 @@ def test_flywheels_change_the_fields_that_a_compiled_armature_does(name: str) ->
     assert np.any(one.ours.dof_armature != one.bench.model.dof_armature)
 
 
-def test_most_of_these_models_have_a_simple_body_and_some_have_none() -> None:
+def test_most_example_models_have_a_simple_body_and_some_none() -> None:
     simple = []
     for text, laws in MODELS.values():
         model = mujoco.MjModel.from_xml_string(text)
@@ -205,7 +205,7 @@ def test_most_of_these_models_have_a_simple_body_and_some_have_none() -> None:
     assert simple.count(False) >= 4
 
 
-def test_hardening_survives_a_flywheel_and_so_do_weights_that_a_file_scales() -> None:
+def test_hardening_and_scaled_weights_survive_a_flywheel() -> None:
     plain = mujoco.MjModel.from_xml_string(MODELS["disc and crank"][0])
     hard = mujoco.MjModel.from_xml_string(MODELS["disc and crank"][0])
     harden(hard)
@@ -222,7 +222,7 @@ CLOTH = """<mujoco><option integrator="discrete"/><worldbody><flexcomp name="clo
   <contact contype="0" conaffinity="0" selfcollide="none"/></flexcomp></worldbody></mujoco>"""
 
 
-def test_another_step_of_a_compiled_cloth_is_the_step_in_its_file() -> None:
+def test_cloth_step_set_after_compiling_equals_step_in_file() -> None:
     if not hasattr(mujoco.MjModel, "efm0_L"):
         pytest.skip("this release keeps no factor with the step in it")
     model = mujoco.MjModel.from_xml_string(CLOTH)
@@ -253,7 +253,7 @@ def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None
     assert found[1] == pytest.approx(expected[1], rel=0.02)
 
 
-def test_a_steering_that_its_rack_drives_is_open_at_the_teeth_by_all_that_it_moves() -> None:
+def test_steering_opens_at_its_teeth_when_its_rack_drives_it() -> None:
     """Softened by the pinion's tiny inertia: in plain MuJoCo by 30.07 mm of 30."""
     model = mujoco.MjModel.from_xml_path(str(CASES / "steering.xml"))
     run = _LoopBench.from_request(model, LoopRequest({"rack": "sine:30mm,1Hz"}))._run(OWN, 1.0, 0.1)
@@ -261,7 +261,7 @@ def test_a_steering_that_its_rack_drives_is_open_at_the_teeth_by_all_that_it_mov
 
 
 @pytest.mark.parametrize("flag", ["enable", "disable"])
-def test_a_drive_that_turns_back_is_followed_where_actuation_is_off(flag: str) -> None:
+def test_run_follows_a_reversing_drive_when_actuation_is_off(flag: str) -> None:
     text, laws = MODELS["pinion drives a rack"]
     model = mujoco.MjModel.from_xml_string(
         text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag actuation="{flag}"/></option>')
@@ -273,7 +273,7 @@ def test_a_drive_that_turns_back_is_followed_where_actuation_is_off(flag: str) -
 # -- settings that a flag would keep from being read -------------------------------------------------------------------
 
 
-def test_hardening_holds_where_the_file_has_inverse_inertias_computed_at_every_step() -> None:
+def test_hardening_holds_when_inverse_inertias_vary_each_step() -> None:
     text, laws = MODELS["disc and crank"]
     exact = text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag diagexact="enable"/></option>')
     model = mujoco.MjModel.from_xml_string(exact)
@@ -283,7 +283,7 @@ def test_hardening_holds_where_the_file_has_inverse_inertias_computed_at_every_s
     assert model.opt.enableflags == 0
 
 
-def test_presets_of_contact_are_read_where_the_file_overrides_those_of_geoms() -> None:
+def test_contact_presets_apply_when_file_overrides_geoms() -> None:
     text, _ = MODELS["disc and crank"]
     over = text.replace(
         f'timestep="{STEP}"/>', f'timestep="{STEP}" o_solref="0.5 1"><flag override="enable"/></option>'

@@ -74,7 +74,7 @@ def test_a_pass_at_another_speed_and_the_other_way_is_within(name: str, speed: f
     check(judged(tmp_path / "m.xml", scene, name), scene)
 
 
-def test_a_pass_is_found_where_the_model_is_drawn_in_the_middle_of_it(tmp_path: Path) -> None:
+def test_pass_is_found_when_model_is_drawn_in_its_middle(tmp_path: Path) -> None:
     """Of Watt's linkage drawn 20 deg further, without its keyframe."""
     scene = scene_named("watt-straight-line")
     text = standalone_mjcf("watt-straight-line", scene)
@@ -106,7 +106,7 @@ def test_a_wrong_link_of_a_machine_that_makes_one_pass_is_named(tmp_path: Path) 
     assert found.passed is False
 
 
-def test_a_model_that_cannot_make_the_pass_is_refused_with_its_ends(tmp_path: Path) -> None:
+def test_model_is_refused_with_ends_when_it_cannot_make_the_pass(tmp_path: Path) -> None:
     scene = scene_named("double-rocker")
     begin, end = scene.parameters["driver.from"], scene.parameters["driver.to"]
     (tmp_path / "m.xml").write_text(standalone_mjcf("double-rocker", scene), encoding="utf-8")

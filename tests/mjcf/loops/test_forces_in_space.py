@@ -23,7 +23,7 @@ from conrod.scenes.space import MACHINES
 
 
 @pytest.mark.parametrize(("name", "open_ones"), [("stewart", set()), ("cardan", {"cross_1", "cross_2"})])
-def test_reactions_are_open_where_closures_are_redundant_and_nowhere_else(name: str, open_ones: set[str]) -> None:
+def test_reactions_are_indeterminate_only_at_redundant_closures(name: str, open_ones: set[str]) -> None:
     machine = MACHINES[name]()
     found, motion = moved(machine.mjcf, dict(machine.drives), 0.2)
     assert set(forces(found, motion).indeterminate) == open_ones
@@ -80,7 +80,7 @@ def test_what_drives_give_is_what_dampers_take_and_energy_gains(name: str) -> No
     assert power_imbalance(model, drives, 0.5, stiffer=1.001) > 1e-7  # negative control
 
 
-def test_springs_and_dampers_that_are_switched_off_ask_for_nothing_and_other_inertia_is_named() -> None:
+def test_disabled_springs_and_dampers_need_no_torque() -> None:
     sprung = four_bar().replace('<joint name="coupler"', '<joint name="coupler" stiffness="5" damping="0.3"')
     off = sprung.replace('contact="disable"', 'contact="disable" spring="disable" damper="disable"')
     torques, named = [], []

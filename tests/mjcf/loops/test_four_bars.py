@@ -35,9 +35,7 @@ TIMES = np.linspace(0.0, 1.0, 37)
 @pytest.mark.parametrize(("law", "ends"), [("60rpm", (math.degrees(1.0), math.degrees(1.0) + 360.0)),
                                            ("move:240deg,300deg,1s", (240.0, 300.0))])  # fmt: skip
 @pytest.mark.parametrize("branch", [1.0, -1.0])
-def test_a_loop_is_followed_on_its_branch_also_to_where_a_law_begins(
-    branch: float, law: str, ends: tuple[float, float]
-) -> None:
+def test_loop_stays_on_its_branch_up_to_the_start_of_a_law(branch: float, law: str, ends: tuple[float, float]) -> None:
     found = driven(four_bar(branch=branch), {"crank": law})
     assert branch_error(found, GRASHOF, TIMES, branch) < 1e-13
     assert branch_error(found, GRASHOF, TIMES, -branch) > 0.5  # negative control
@@ -47,7 +45,7 @@ def test_a_loop_is_followed_on_its_branch_also_to_where_a_law_begins(
 # -- where it ends -----------------------------------------------------------------------------------------------------
 
 
-def test_a_crank_that_cannot_turn_is_refused_with_the_angle_that_it_reaches() -> None:
+def test_crank_is_refused_with_its_last_angle_when_stopped() -> None:
     lengths = (0.2, 0.15, 0.15, 0.3)  # reaches until coupler and rocker are in line
     limit = math.degrees(math.acos((0.2**2 + 0.3**2 - 0.3**2) / (2 * 0.2 * 0.3)))
     with pytest.raises(InvalidInput, match="it goes no further than with crank at ") as refused:
@@ -107,7 +105,7 @@ def free_coupler() -> str:
     return made.replace("</equality>", '<connect name="second" site1="A" site2="A2"/></equality>')
 
 
-def test_a_link_with_a_free_joint_is_a_link_and_spins_idly_about_itself() -> None:
+def test_free_joint_link_is_a_link_that_spins_idly() -> None:
     found = bench(free_coupler())
     assert found.machine.held == ()
     assert found.freedom.idle == ("coupler",)
@@ -115,7 +113,7 @@ def test_a_link_with_a_free_joint_is_a_link_and_spins_idly_about_itself() -> Non
     assert in_frame(found.machine.motion(TIMES).points["C"].position) == pytest.approx(rocker_path(), abs=1e-13)
 
 
-def test_a_base_with_a_free_joint_is_held_with_all_that_is_in_no_loop() -> None:
+def test_free_base_is_held_with_all_bodies_outside_loops() -> None:
     arm = '<body name="arm"><joint name="arm" axis="1 0 0"/><geom size="0.01" pos="0 0.1 0"/><site name="hand"/></body>'
     loose = '<body name="loose"><freejoint name="loose"/><geom size="0.1"/></body>'
     text = four_bar().replace(f'<body name="frame" {FRAME}>', f'<body name="frame" {FRAME}><freejoint name="base"/>'
@@ -127,7 +125,7 @@ def test_a_base_with_a_free_joint_is_held_with_all_that_is_in_no_loop() -> None:
     assert "hand" not in {point.name for point in found.points}
 
 
-def test_a_loop_twice_is_redundant_and_a_loop_missing_is_a_freedom_more() -> None:
+def test_double_loop_is_redundant_and_missing_loop_adds_freedom() -> None:
     twice = four_bar().replace("</equality>", '<connect name="again" site1="B" site2="C"/></equality>')
     assert bench(twice).freedom.redundant == {"pin": 1, "again": 3}
     assert bench(four_bar()).freedom.redundant == {"pin": 1}
@@ -136,7 +134,7 @@ def test_a_loop_twice_is_redundant_and_a_loop_missing_is_a_freedom_more() -> Non
 
 
 @pytest.mark.slow
-def test_contacts_and_limits_on_the_way_are_said_and_forces_not_compared_with_them(
+def test_contacts_and_limits_are_named_and_suspend_force_checks(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)

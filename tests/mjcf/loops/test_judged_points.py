@@ -82,7 +82,7 @@ def test_tolerance_of_position_bounds_how_far_loops_open() -> None:
     assert not replace(exact, gap=math.nan).is_within({"position": 1.0})
 
 
-def test_strut_leg_is_out_of_tolerance_and_no_open_run_is_recommended() -> None:
+def test_strut_leg_fails_and_no_open_run_is_recommended() -> None:
     found = leg()
     assert not found.passed
     assert found.own.errors["position"] == pytest.approx(0.123e-3, rel=0.02)

@@ -88,7 +88,7 @@ def test_a_planted_defect_is_named_with_what_it_moves(defect: str) -> None:
 
 
 @pytest.mark.parametrize("branch", [1.0, -1.0])
-def test_another_branch_is_told_from_other_numbers_and_nothing_of_a_healthy_model_is_named(branch: float) -> None:
+def test_comparison_names_other_branch_and_no_healthy_model(branch: float) -> None:
     found = comparison("rssr", MACHINES["rssr"](branch=branch).mjcf)
     assert found.other_branch == (branch < 0.0)
     assert (found.off < 1e-12) == (branch > 0.0)
@@ -160,7 +160,7 @@ def test_mujoco_places_a_machine_as_its_exact_motion_does(name: str) -> None:
 
 
 @pytest.mark.parametrize("defect", DEFECTS)
-def test_a_defect_of_the_engines_model_alone_is_seen_in_kinematic_mode_and_in_runs(defect: str) -> None:
+def test_engine_model_defect_shows_in_kinematic_mode_and_runs(defect: str) -> None:
     bench, model = machine_bench("rssr", 0.4, 4e-3), mujoco.MjModel.from_xml_string(edited("rssr", DEFECTS[defect][0]))
     model.opt.timestep = bench.model.opt.timestep
     shares, _ = compare_kinematics(model, bench.machine, bench.points, bench.machine.motion(np.linspace(0, 0.4, 9)))
@@ -206,7 +206,7 @@ def test_a_soft_run_that_is_far_off_is_on_its_branch() -> None:
     assert bench._run(OWN, 1.0, travel(bench)).outcome is Outcome.COMPLETED
 
 
-def test_a_late_time_stamp_is_an_error_and_an_open_loop_or_an_ended_run_an_outcome() -> None:
+def test_late_stamp_is_an_error_and_open_or_ended_run_an_outcome() -> None:
     run, judge = four_bar_run()
     late = {name: np.concatenate([found[:, :1], found[:, :-1]], axis=1) for name, found in run.points.items()}
     shifted, healthy = judge(replace(run, points=late)), judge(run)

@@ -81,7 +81,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("name", WRONG)
-def test_an_own_run_that_does_not_follow_its_law_is_out_of_tolerance(name: str) -> None:
+def test_own_run_is_out_of_tolerance_when_it_leaves_its_law(name: str) -> None:
     text, words = WRONG[name]
     found = looped(text)
     assert found.own.is_within(found.question.tolerance)  # conrod's own drive hides it
@@ -114,7 +114,7 @@ def test_an_own_run_that_follows_its_law_passes(text: str, law: str) -> None:
     assert "of its law" not in finding(found)
 
 
-def test_what_nothing_drives_and_what_no_speed_is_prescribed_for_is_not_judged() -> None:
+def test_own_run_is_not_judged_without_a_drive_or_a_speed() -> None:
     at_rest = looped(replaced(SAW, KEYFRAME, ""))
     assert at_rest.passed
     assert ": not judged, nothing drives it" in finding(at_rest)
@@ -174,7 +174,7 @@ def test_a_part_of_a_turn_is_held_to_what_a_speed_may_swing() -> None:
 @pytest.mark.parametrize(
     ("answers", "other"), [([True, False], True), ([False], True), ([True, True], False), ([None, None], False)]
 )
-def test_a_run_that_ends_on_another_branch_is_named_though_it_begins_on_the_laws(
+def test_run_is_named_when_it_changes_to_another_branch(
     answers: list[bool | None], other: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(keyed()), LoopRequest({"crank": "40rpm"}))
@@ -190,7 +190,7 @@ def test_a_run_that_ends_on_another_branch_is_named_though_it_begins_on_the_laws
     assert seen == pytest.approx([0.0, 2.0 * np.pi][: len(answers)], abs=1e-2)
 
 
-def test_a_run_that_passes_a_dead_centre_of_what_is_driven_is_no_other_branch() -> None:
+def test_run_past_a_dead_centre_of_its_drive_keeps_its_branch() -> None:
     # The crank turns by itself, and a law drives the slide: they have nothing to do with each other.
     model = mujoco.MjModel.from_xml_string(replaced(SAW, ' armature="1e+14"', ""))
     bench = study._LoopBench.from_request(model, LoopRequest({"slide": "move:0m,-0.1m,1s"}))
@@ -208,7 +208,7 @@ def test_a_run_that_passes_a_dead_centre_of_what_is_driven_is_no_other_branch() 
         assert bench._compare_with_laws(bench._run_as_shipped(0.2), motion, 0.2).laws.other_branch is other
 
 
-def test_a_run_that_breaks_off_after_the_laws_motion_says_nothing_of_speeds(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_has_no_speeds_when_it_breaks_off_after_the_laws(monkeypatch: pytest.MonkeyPatch) -> None:
     bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(keyed(1.3)), LoopRequest({"crank": "40rpm"}))
     shipped, motion = bench._run_as_shipped(0.2), bench.machine.motion(np.linspace(0.0, 1.5, 9))
     assert bench._compare_with_laws(shipped, motion, 0.2).laws.differs
@@ -216,7 +216,7 @@ def test_a_run_that_breaks_off_after_the_laws_motion_says_nothing_of_speeds(monk
     assert not bench._compare_with_laws(shipped, motion, 0.2).laws.speeds
 
 
-def test_a_held_base_that_moves_in_the_own_run_is_no_other_branch() -> None:
+def test_held_base_is_no_other_branch_when_it_moves_in_own_run() -> None:
     text = replaced(SAW, "<worldbody>", '<worldbody><body name="base"><freejoint name="base"/><inertial pos="0 0 0" '
                     'mass="1e6" diaginertia="1e6 1e6 1e6"/>')  # fmt: skip
     text = replaced(replaced(text, "</worldbody>", "</body></worldbody>"), KEYFRAME, "")

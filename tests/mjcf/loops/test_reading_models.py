@@ -162,7 +162,7 @@ def closed_by(closure: str, seed: int) -> mujoco.MjModel:
 
 @pytest.mark.parametrize("closure", CONNECTS + COUPLINGS)
 @pytest.mark.parametrize("seed", SEEDS[:3])
-def test_connects_and_couplings_are_open_by_what_mujoco_says_and_have_its_jacobian(closure: str, seed: int) -> None:
+def test_connect_and_coupling_have_mujocos_residual_and_jacobian(closure: str, seed: int) -> None:
     model = closed_by(closure, seed)
     data, coordinates = at(model, seed)
     tree = read(model)
@@ -211,7 +211,7 @@ def welded_at(model: mujoco.MjModel, seed: int) -> tuple[mujoco.MjModel, mujoco.
 
 @pytest.mark.parametrize("closure", WELDS)
 @pytest.mark.parametrize("seed", SEEDS[:3])
-def test_a_weld_is_closed_where_mujocos_is_and_opens_as_its_jacobian_says(closure: str, seed: int) -> None:
+def test_weld_closes_as_in_mujoco_and_opens_by_its_jacobian(closure: str, seed: int) -> None:
     model, data, coordinates = welded_at(random_tree(seed, equality=closure), seed)
     tree = read(model)
     assert np.abs(data.efc_pos).max() < 1e-14 * 10.0

@@ -200,7 +200,7 @@ def test_ends_of_connects_and_welds_are_on_their_bodies() -> None:
     assert [measures_angles(model, k) for k in range(4)] == [False] * 4
 
 
-def test_a_closure_without_a_name_is_told_by_its_number_and_its_ends() -> None:
+def test_nameless_closure_is_called_by_its_number_and_ends() -> None:
     model = compiled(
         '<connect body1="crank" body2="slider" anchor="0 0 0"/><connect site1="tip" site2="anchor"/>'
         '<joint joint1="crank" joint2="slide"/><joint joint1="slide"/><tendon tendon1="both"/><weld body1="crank"/>'
@@ -230,7 +230,7 @@ def test_a_coupling_of_a_ball_is_refused() -> None:
 # -- how far closures are open -----------------------------------------------------------------------------------------
 
 
-def test_closures_are_open_by_lengths_and_by_angles_times_the_extent() -> None:
+def test_closures_are_open_by_lengths_and_angles_times_extent() -> None:
     model = compiled(
         '<joint name="hinge" joint1="crank" joint2="slide" polycoef="0 3 0 0 0"/><joint name="slide" joint1="slide"/>'
         '<connect name="pin" body1="slider" body2="fixed" anchor="0 0 0"/><tendon name="turns" tendon1="turns"/>'
@@ -296,7 +296,7 @@ def test_flexes_are_refused_by_their_number() -> None:
 # -- handles -----------------------------------------------------------------------------------------------------------
 
 
-def test_what_drags_a_body_after_a_mocap_body_is_a_handle_by_either_end() -> None:
+def test_equality_is_a_handle_when_either_end_is_mocap() -> None:
     model = compiled(
         BELT + '<weld name="grip" body1="hand" body2="held"/><connect name="pull" body1="held" body2="palm" '
         'anchor="0 0 0"/><connect name="pin" body1="crank" body2="slider" anchor="0 0 0"/>'
@@ -322,7 +322,7 @@ def asked(drives: dict[str, str], seconds: float | None = None, keyframe: str | 
     return LoopRequest(drives, keyframe=keyframe, seconds=seconds)
 
 
-def test_laws_are_of_the_driven_joints_and_what_is_in_no_loop_is_held() -> None:
+def test_laws_are_of_driven_joints_and_loopless_joints_are_held() -> None:
     model = compiled('<connect body1="crank" body2="slider" anchor="0.5 0 0"/>', limited='limited="false"')
     laws, held = laws_of(model, read(model), asked({"slide": "move:0,0.3,2s"}))
     assert list(laws) == ["slide"]
@@ -394,7 +394,7 @@ def mobility(undetermined: tuple[str, ...] = (), rigid: tuple[str, ...] = ()) ->
     ((), ("A", "B", "C"), ("coupler", "crank", "rocker")),  # where no site is moved by closures: bodies
     ((), ("A", "B", "C", "crank", "coupler", "rocker"), ("A", "B", "C")),
 ])  # fmt: skip
-def test_judged_are_sites_that_closures_move_and_drives_determine(
+def test_judged_sites_are_those_closures_move_and_drives_fix(
     undetermined: tuple[str, ...], rigid: tuple[str, ...], points: tuple[str, ...]
 ) -> None:
     model = mujoco.MjModel.from_xml_string(four_bar())
@@ -404,7 +404,7 @@ def test_judged_are_sites_that_closures_move_and_drives_determine(
     assert kinds == {name: "site" if name.isupper() else "body" for name in points}
 
 
-def test_named_points_are_judged_and_refused_where_drives_do_not_determine_them() -> None:
+def test_named_point_is_refused_when_drives_do_not_determine_it() -> None:
     model, request = mujoco.MjModel.from_xml_string(four_bar()), LoopRequest({"crank": "40rpm"}, points=("rocker", "A"))
     found = judged_points(model, read(model), mobility(), request)
     assert [(one.name, one.kind, one.body) for one in found] == [("rocker", "body", 4), ("A", "site", 2)]

@@ -87,7 +87,7 @@ def studied(
     return bench.machine, bench.freedom, {point.name for point in bench.points}
 
 
-def test_an_achilles_rod_spins_idly_and_the_base_and_what_is_in_no_loop_are_held() -> None:
+def test_achilles_rod_spins_idly_and_its_base_and_arm_are_held() -> None:
     machine, found, judged = studied(written(ACHILLES, HEEL), {"knee": "sine:10deg,1Hz", "spring": "hold"})
     # Knee, spring, tarsus and the rod's three rates, of which the connect takes three.
     assert (found.freedom, found.rank, found.remaining_dof) == (6, 3, 3)
@@ -105,7 +105,7 @@ def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:
 
 
 @pytest.mark.parametrize(("coupling", "more"), [(BY_JOINT, ""), (BY_TENDON, TENDONS)])
-def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(coupling: str, more: str) -> None:
+def test_spring_gripper_has_three_freedoms_by_joint_or_tendon(coupling: str, more: str) -> None:
     drives = {"rdriver": "move:0,20deg,1s", "rspring": "hold", "lspring": "hold"}
     machine, found, judged = studied(written(GRIPPER, coupling, more), drives)
     assert (found.freedom, found.rank, found.remaining_dof) == (8, 5, 3)
@@ -123,7 +123,7 @@ def test_a_gripper_with_spring_links_has_three_freedoms_by_joint_as_by_tendon(co
 
 
 @pytest.mark.parametrize(("length", "misfit"), [(0.3, 0.0), (0.3 + 1e-5, 1e-6)])
-def test_a_parallelogram_closed_twice_says_what_is_redundant_and_what_contradicts(length: float, misfit: float) -> None:
+def test_double_parallelogram_has_redundant_rows_and_a_misfit(length: float, misfit: float) -> None:
     bodies = PARALLELOGRAM.replace('fromto="0 0 0 0 0 {}"', f'fromto="0 0 0 0 0 {length}"')
 
     def longer(compiled: mujoco.MjModel) -> None:
@@ -163,7 +163,7 @@ def shipped(actuator: str, control: float, folder: Path, monkeypatch: pytest.Mon
         (0.5, 0.5, ""),  # negative control: healthy
     ],
 )
-def test_a_velocity_actuator_that_is_too_stiff_for_the_step_is_the_first_line(
+def test_verdict_starts_with_an_actuator_too_stiff_for_the_step(
     stiffness: float, force: float, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     actuator = f'<actuator><velocity joint="arm" kv="{stiffness}" forcerange="-{force} {force}"/></actuator>'
@@ -177,9 +177,7 @@ def test_a_velocity_actuator_that_is_too_stiff_for_the_step_is_the_first_line(
     assert said in first
 
 
-def test_a_stiff_actuator_that_only_its_own_integrator_carries_is_said_of_the_presets(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_verdict_names_presets_that_fail_with_a_stiff_actuator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     implicit = '<option integrator="implicitfast"/><actuator><velocity joint="arm" kv="1000"/></actuator>'
     found = shipped(implicit, 0.0, tmp_path, monkeypatch)
     assert not found.shipped.failed

@@ -54,7 +54,7 @@ def found(text: str, drives: dict[str, str]) -> list[JointCorrection]:
 
 @pytest.mark.parametrize("joint", ["crank", "coupler", "rocker"])
 @pytest.mark.parametrize("tilt", [0.05, 3.0])
-def test_the_axis_that_keeps_a_planar_four_bar_from_moving_is_named(joint: str, tilt: float) -> None:
+def test_axis_is_named_when_it_locks_a_planar_four_bar(joint: str, tilt: float) -> None:
     (one,) = found(tilted(four_bar(), joint, tilt=tilt), {"crank": "60rpm"})
     assert (one.joint, one.kind) == (joint, "axis")
     assert np.degrees(one.size) == pytest.approx(tilt, rel=1e-3)
@@ -66,7 +66,7 @@ def test_the_axis_that_keeps_a_planar_four_bar_from_moving_is_named(joint: str, 
     ("bennett", "input", 0), ("bennett", "coupler", 1), ("bennett", "output", 2),
     ("sarrus", "knee", 3),
 ])  # fmt: skip
-def test_the_axis_that_keeps_a_machine_in_space_from_moving_is_named(machine: str, joint: str, seed: int) -> None:
+def test_axis_is_named_when_it_locks_a_machine_in_space(machine: str, joint: str, seed: int) -> None:
     made = MACHINES[machine]()
     text = tilted(made.mjcf, joint, seed)
     if seen := found(text, dict(made.drives)):
@@ -83,7 +83,7 @@ def test_the_axis_that_keeps_a_machine_in_space_from_moving_is_named(machine: st
     assert not found(made.mjcf, dict(made.drives))
 
 
-def test_a_spherical_four_bar_has_two_explanations_and_both_are_said() -> None:
+def test_spherical_four_bar_has_two_explanations_both_named() -> None:
     """Its coupler's axis misses the centre: by a tilt, or by an anchor that is aside."""
     made = MACHINES["spherical-four-bar"]()
     text = tilted(made.mjcf, "coupler")
@@ -132,13 +132,13 @@ def refused(text: str, folder: Path) -> str:
 
 
 @pytest.mark.parametrize(("spare", "name"), [(BRAKE, "brake"), (BENT, "bent"), (BRAKE + AGAIN, "brake")])
-def test_a_closure_that_keeps_a_scenes_model_from_turning_is_named(spare: str, name: str, tmp_path: Path) -> None:
+def test_closure_is_named_when_it_stops_a_scenes_model(spare: str, name: str, tmp_path: Path) -> None:
     said = refused(replaced(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), tmp_path)
     assert f"it cannot move; without {name} it moves" in said
 
 
 @pytest.mark.parametrize("spare", ["", AGAIN])
-def test_closures_that_are_needed_or_redundant_are_not_named_for_a_pin_that_is_fast(spare: str, tmp_path: Path) -> None:
+def test_closure_is_not_named_when_a_stuck_pin_is_the_cause(spare: str, tmp_path: Path) -> None:
     said = refused(replaced(replaced(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), *STUCK_PIN), tmp_path)
     assert "it cannot move" in said
     assert "without" not in said
@@ -161,7 +161,7 @@ def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
         )
 
 
-def test_what_explains_is_said_alone_with_others_or_to_be_unknown() -> None:
+def test_corrections_are_described_alone_together_or_as_unknown() -> None:
     some = [
         JointCorrection("a", "axis", np.radians(0.1)),
         JointCorrection("b", "anchor", 1e-4),

@@ -87,7 +87,7 @@ def test_what_is_just_at_its_limit_passes(right: dict[str, Any]) -> None:
     assert replace(STUDY, **right).passed
 
 
-def test_without_a_tolerance_a_machine_is_judged_to_six_digits_and_a_start_to_a_thousandth() -> None:
+def test_default_tolerance_is_1e_6_for_motion_and_1e_3_for_start() -> None:
     asked = replace(STUDY, question=LoopRequest({"crank": "40rpm"}))
     # 1e-6 of a travel of 0.2 m.
     assert replace(asked, compared=replace(OTHER, off=2e-7)).is_machine
@@ -114,7 +114,7 @@ def test_the_positions_tolerance_bounds_the_opening_of_loops_too() -> None:
 
 
 @pytest.mark.parametrize(("points", "alone"), [(("A",), True), (("A", "B"), False), (("B",), False), ((), False)])
-def test_loops_alone_are_judged_where_closures_move_no_judged_point(points: tuple[str, ...], alone: bool) -> None:
+def test_loops_alone_are_judged_when_closures_move_no_point(points: tuple[str, ...], alone: bool) -> None:
     assert replace(STUDY, points=points).judges_loops_alone is alone
 
 
@@ -146,7 +146,7 @@ def test_a_speed_strays_by_its_mean_its_slowest_or_its_fastest(
     assert JointSpeed("crank", CrankSpeed(-mean * RPM, -most * RPM, -least * RPM), -40 * RPM, allowed).strays is strays
 
 
-def test_a_speed_strays_from_its_law_by_a_per_cent_unless_more_is_allowed() -> None:
+def test_speed_strays_beyond_one_per_cent_unless_more_is_allowed() -> None:
     for mean, strays in ((40.39, False), (40.41, True)):
         assert CrankSpeed(mean * RPM, 40 * RPM, 41 * RPM).strays(40 * RPM) is strays
         assert JointSpeed("crank", CrankSpeed(mean * RPM, 40 * RPM, 41 * RPM), 40 * RPM).strays is strays

@@ -216,7 +216,7 @@ def test_no_mistake_in_a_machine_in_space_passes_in_silence(mistake: str, tmp_pa
 
 
 @pytest.mark.usefixtures("few_runs")
-def test_a_closure_of_another_kind_than_the_machines_is_no_traceback() -> None:
+def test_closure_of_another_kind_gives_verdict_and_no_traceback() -> None:
     found = study_of(CASES / "rssr-other-joint.xml", "rssr", seconds=0.2)
     assert "closure rocker_pin is a joint coupling, the machine has a connect" in finding(found)
     # It moves as the machine does, and has other joints: it is another one.
@@ -264,9 +264,7 @@ MEANT = ("--scene", CASES / "anchor-apart-meant.toml", "--crank", "crank", "--po
 
 @pytest.mark.usefixtures("at_once", "few_runs")
 @pytest.mark.parametrize("asked", [("--drive", "crank=60rpm"), MEANT], ids=["drive", "scene"])
-def test_a_start_that_is_open_is_said_first_with_the_nearest_closed_pose(
-    asked: tuple[object, ...], tmp_path: Path
-) -> None:
+def test_verdict_starts_with_open_start_and_nearest_closed_pose(asked: tuple[object, ...], tmp_path: Path) -> None:
     status, told = check_file(CASES / "four-bar-open.xml", *asked)
     assert status == 1
     begins = re.search(
@@ -289,7 +287,7 @@ def test_a_start_that_is_open_is_said_first_with_the_nearest_closed_pose(
     "machine", ["rssr", "spherical-four-bar", "sarrus", "bennett", "stewart", "tilted-slider-crank"]
 )
 @pytest.mark.parametrize("gap", [1e-3, 1e-2, 4e-2])
-def test_an_open_keyframe_is_measured_as_mujoco_does_on_every_machine(machine: str, gap: float) -> None:
+def test_open_keyframe_is_measured_as_in_mujoco_on_every_machine(machine: str, gap: float) -> None:
     model = mujoco.MjModel.from_xml_string(MACHINES[machine]().mjcf)
     data, extent = mujoco.MjData(model), tree_of(model, model.qpos0).extent
     assert open_start(model, data, extent, "its own pose") is None  # negative control
@@ -340,7 +338,7 @@ def knee_of(bench: study_module._LoopBench) -> tuple[float, float]:
     return float(start[at["length"]]), float(start[at["knee"]])
 
 
-def test_a_leg_that_is_folded_and_out_of_range_starts_from_the_nearest_pose_inside() -> None:
+def test_folded_leg_starts_from_nearest_pose_inside_its_ranges() -> None:
     bench = leg()
     assert bench.moved_start.startswith(
         "its own pose has length at 0 m, outside its range 0.12 to 0.68 m, femur at 0 deg, outside its range 10 to 75 "
@@ -394,12 +392,12 @@ def test_a_pin_whose_parts_do_not_meet_is_why_it_goes_no_further(asked: tuple[ob
 
 
 @pytest.mark.usefixtures("few_runs")
-def test_a_pin_whose_parts_do_not_meet_is_said_where_the_machine_moves() -> None:
+def test_pin_is_named_when_its_parts_lie_apart_and_machine_moves() -> None:
     found = study_loops(CASES / "anchor-apart.xml", LoopRequest({"crank": "move:0,20deg,1s"}), "apart")
     assert "Pin holds rocker at a point 331 mm from its nearest geom" in finding(found)
 
 
-def test_a_cause_takes_the_place_of_a_guess_and_no_cause_leaves_it() -> None:
+def test_cause_replaces_the_guess_when_there_is_one() -> None:
     error = f"it goes no further than here: {NO_FURTHER}"
     assert append_causes(error) == append_causes(error, "") == error
     assert append_causes(error, "a is so", "b is so") == "it goes no further than here: a is so; b is so"
@@ -408,7 +406,7 @@ def test_a_cause_takes_the_place_of_a_guess_and_no_cause_leaves_it() -> None:
 
 
 @pytest.mark.parametrize(("drive", "law"), [("femur", "move:20deg,60deg,1s"), ("knee", "move:-30deg,-100deg,1s")])
-def test_a_leg_that_could_stay_folded_outside_its_ranges_unfolds_into_them(drive: str, law: str) -> None:
+def test_folded_leg_unfolds_into_its_ranges_when_it_could_stay(drive: str, law: str) -> None:
     bench = leg(drives={drive: law})
     assert "the motion starts from the nearest closed pose inside" in bench.moved_start
     length, knee = knee_of(bench)
