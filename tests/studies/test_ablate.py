@@ -162,7 +162,7 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
     assert (soft.change or {})["position"] > 1e-7
 
 
-def test_a_change_is_that_of_the_deviations_of_two_runs_and_of_none_that_did_not_complete() -> None:
+def test_motion_change_needs_two_runs_that_completed() -> None:
     one, other = (
         Measurement("completed", signed={"C": dict.fromkeys(("position", "velocity", "acceleration"), values)})
         for values in ([[0.0, 0.0], [3.0, 4.0]], [[0.0, 1.0], [0.0, 0.0]])
@@ -176,7 +176,7 @@ def test_a_change_is_that_of_the_deviations_of_two_runs_and_of_none_that_did_not
     assert motion_change(one, Measurement("opened")) is None
 
 
-def test_a_timing_is_known_by_both_models_its_machine_and_its_rounds() -> None:
+def test_timing_has_a_key_of_both_models_machine_and_rounds() -> None:
     cost = CostCase(SCENE, SAW, base(SAW, STEPS), against=base(SAW, STEPS), machine="a", rounds=2)
     others = ({"against": replace(cost.against, gravity=True)}, {"machine": "b"}, {"rounds": 3})
     keys = {replace(cost, **change).key for change in others}
@@ -273,7 +273,7 @@ def test_harm_beside_all_others_counts_and_is_told_so() -> None:
     assert ingredient_verdict([alone(1e-6)(), in_full(1e-5, MINIMAL_ERROR)]) == (IngredientVerdict.HARMFUL, "position")
 
 
-def test_evidence_is_the_change_and_the_cost_of_having_the_ingredient() -> None:
+def test_evidence_has_the_change_and_cost_of_an_ingredient() -> None:
     added = alone(MINIMAL_ERROR, 1e-12, 1.25)()
     assert (added.full, added.cost, added.change) == (False, timing(1.25), dict.fromkeys(JUDGED_ERRORS[:3], 1e-12))
     # What a model costs without a part is the inverse of what the part costs.
@@ -284,14 +284,14 @@ def test_evidence_is_the_change_and_the_cost_of_having_the_ingredient() -> None:
     assert without(None)().cost is None
 
 
-def test_what_is_wrong_with_it_and_without_is_undecided_and_said_so() -> None:
+def test_ingredient_is_undecided_when_wrong_with_and_without_it() -> None:
     found = shown(Role.REMOVED_FROM_FULL, 1e-5, base=variant(Role.FULL, None))
     assert (found.effect, found.because) == (Effect.UNDECIDED, "wrong with it and without: opened")
     assert ingredient_verdict([found]) == (IngredientVerdict.UNDECIDED, "wrong with it and without: opened")
     assert ingredient_verdict([]) == (IngredientVerdict.UNDECIDED, "")
 
 
-def test_errors_are_compared_with_the_minimal_models_or_with_nothing_that_counts() -> None:
+def test_reference_errors_are_the_minimal_models_or_a_floor() -> None:
     own = variant(Role.MINIMAL, errors={"position": 1e-3, "velocity": 1e-12})
     assert reference_errors(own) == {"position": 1e-3, "velocity": 1e-9, "acceleration": 1e-9, "total": 1e-9}
     assert reference_errors(variant(Role.MINIMAL, None)) == dict.fromkeys(JUDGED_ERRORS, 1e-9)

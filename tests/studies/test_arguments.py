@@ -83,7 +83,7 @@ def test_a_parameter_is_given_to_each_scene_that_has_it(monkeypatch: pytest.Monk
     assert "crankk" in refusal(select_scenes, ["saw-40rpm"], ["crankk=0.08"])
 
 
-def test_a_machine_in_space_is_named_with_the_commands_that_take_it() -> None:
+def test_machine_in_space_is_refused_with_commands_that_take_it() -> None:
     name = next(iter(resolve_arguments.SPATIAL_MACHINES))
     assert refusal(select_scenes, ["saw-40rpm", name], []) == (
         f"{name} is a machine in space: `conrod validate {name}` and `conrod export {name} --format mjcf` take it"
@@ -121,7 +121,7 @@ def test_engines_are_found_by_name_and_object() -> None:
     assert [engine_names_given(one) for one in ("all", None, ["all", PYMUNK])] == [("all",), (), ("all", "pymunk")]
 
 
-def test_an_engine_that_cannot_be_loaded_is_left_out_with_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_engine_is_left_out_with_a_warning_when_it_cannot_load(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Any] = []
 
     def load(extras: Any) -> Any:

@@ -72,7 +72,7 @@ def test_the_band_is_what_runs_that_round_otherwise_leave() -> None:
     assert own.results["own"].numbers["position"].band == position.band
 
 
-def test_what_is_within_its_band_is_no_drift_and_other_versions_are_said_beside_one() -> None:
+def test_drift_is_beyond_its_band_and_comes_with_version_changes() -> None:
     held = compare_baselines(FILE, kept(), baseline(found(ERROR + 0.9e-10), made_with={"mujoco": "4.0.1"}))
     assert (held.passed, held.drifts, held.text) == (True, (), "")
     held = compare_baselines(FILE, kept(), baseline(found(2.0 * ERROR), made_with={"mujoco": "4.0.1"}))
@@ -80,14 +80,14 @@ def test_what_is_within_its_band_is_no_drift_and_other_versions_are_said_beside_
 
 
 @pytest.mark.parametrize(("change", "better"), [(1e-8, False), (-1e-8, True)])
-def test_a_change_beyond_the_band_is_a_drift_of_so_many_digits_worse_or_better(change: float, better: bool) -> None:
+def test_drift_counts_digits_worse_or_better(change: float, better: bool) -> None:
     (drift,) = drifts(found(ERROR + change))
     assert (drift.what, drift.better) == ("position", better)
     assert drift.digits == pytest.approx(2.0, abs=0.01)
     assert f"was 4.645e-05: {'better' if better else 'worse'}, drifted by 2.0 digits" in str(drift)
 
 
-def test_an_outcome_an_order_and_a_result_that_are_others_are_drifts() -> None:
+def test_outcome_order_and_result_are_drifts_when_they_differ() -> None:
     assert str(drifts(found(outcome="diverged", numbers={}))[0]) == "mujoco tuned: outcome diverged, was completed"
     lost = {"position": BandedNumber(ERROR, 0.0)}
     assert str(drifts(found(numbers=lost))[0]) == "mujoco tuned: order of position none, was 2"
@@ -97,7 +97,7 @@ def test_an_outcome_an_order_and_a_result_that_are_others_are_drifts() -> None:
     assert drifts(found(numbers=lost | {"order of position": BandedNumber(1.0, 0.0)}))[0].better is None
 
 
-def test_errors_below_rounding_are_noise_and_one_that_leaves_it_is_not() -> None:
+def test_error_below_rounding_is_noise_until_it_leaves_it() -> None:
     noise = with_bands(baseline(found(1e-15)), [found(2e-15)] * len(SPEED_FACTORS), {})
     assert compare_baselines(FILE, noise, baseline(found(9e-13))).passed
     assert not compare_baselines(FILE, noise, baseline(found(2e-12))).passed
@@ -121,7 +121,7 @@ def banded(value: float, *others: float) -> BandedNumber:
     return with_bands(baseline({"a": line}), runs, {}).results["a"].numbers["position"]
 
 
-def test_a_band_is_a_power_of_ten_above_fifty_deviations_or_eight_last_bits() -> None:
+def test_band_is_a_power_of_ten_above_fifty_deviations_or_8_bits() -> None:
     # The deviation from the first run is sqrt((3^2 + 4^2) / 2) 1e-9 = 3.54e-9, times 49.46 is 1.75e-7.
     assert banded(0.0123456789, 0.0123456789 + 3e-9, 0.0123456789 - 4e-9) == BandedNumber(0.0123457, 1e-6)
     # Eight last bits are 1.8e-15: of 1 for smaller numbers, else of the number.
@@ -139,7 +139,7 @@ def line(outcome: str = "completed", **numbers: float) -> BaselineLine:
     return BaselineLine(outcome, True, {name: BandedNumber(one, 1e-6) for name, one in numbers.items()}, {})
 
 
-def test_drifts_are_told_a_line_for_each_result_with_the_largest_drift_first() -> None:
+def test_drifts_have_a_line_per_result_with_the_largest_first() -> None:
     before = baseline(
         {
             "a": line(position=1e-3, velocity=2e-3, total=3e-3),
@@ -202,7 +202,7 @@ def test_a_comparison_says_what_was_written() -> None:
 # -- requests and files ------------------------------------------------------------------------------------------------
 
 
-def test_a_baseline_of_another_request_is_refused_with_its_first_differences() -> None:
+def test_baseline_of_another_request_is_refused_with_differences() -> None:
     before = baseline({}, of={"scene": ["saw"], "steps": 100, "crank": 0.1, "same": 1})
     check_same_request(FILE, before, baseline({}, of={"scene": ["cam"]}))  # the hash decides
 
@@ -273,7 +273,7 @@ def check(check: BaselineCheck, position: float = ERROR, **bands_like: str) -> B
     )
 
 
-def test_a_baseline_is_of_the_options_that_were_given_and_of_the_machine(tmp_path: Path) -> None:
+def test_baseline_is_of_the_given_options_and_the_machine(tmp_path: Path) -> None:
     file = tmp_path / "b.json"
     made = prepared(file, none=None, empty="", nothing=(), zero=0, steps=100)
     parameters = {f"saw.{name}": value for name, value in SAW.parameters.items()}

@@ -79,7 +79,7 @@ def timed(engine: Any, steps: int) -> Any:
     return time_run(engine, SAW, MuJoCoSettings.stock(SAW, steps), clock=engine.clock)
 
 
-def test_the_least_of_the_repeats_counts_as_a_ratio_to_a_step_of_the_reference_loop() -> None:
+def test_ratio_is_the_fastest_repeat_over_a_reference_step() -> None:
     # 1000 steps a turn of 5 ms or more: one turn a repeat, in one call. The first call is the warm-up.
     engine = FakeEngine(9000, 7000, 6000, 8000)
     found = timed(engine, 1000)
@@ -137,7 +137,7 @@ def test_a_cost_is_that_of_steps_within_a_pass(machine: Any, within: bool) -> No
     assert engine.given == [(machine, settings)] * len(engine.given)
 
 
-def test_short_turns_are_timed_by_the_many_and_long_ones_in_blocks() -> None:
+def test_short_turns_are_timed_in_bulk_and_long_ones_in_blocks() -> None:
     engine = FakeEngine(1000)
     found = timed(engine, 20)
     assert found.steps % 20 == 0
@@ -159,7 +159,7 @@ def paired(engine: Any, machine: Any, steps: int = 1000) -> PairedTiming:
     return time_settings_pair(engine, machine, twice, stock, rounds=10, clock=engine.clock)
 
 
-def test_a_pass_is_made_anew_in_every_block_and_never_driven_beyond_its_end() -> None:
+def test_pass_restarts_in_every_block_and_stays_within_its_end() -> None:
     engine = FakeEngine(10 * REFERENCE_COST, dearer=0.5)
     found = paired(engine, catalogue_scene("swinging-four-bar"), 2000)
     assert found.ratio == pytest.approx(3.0, rel=0.01)  # of a revolution, with twice as many steps
@@ -198,7 +198,7 @@ def test_a_block_has_the_fewest_passes_that_last_long_enough(cost: int, passes: 
         (1000, 1000.0, 1),  # of which one pass takes longer than a block may last
     ],
 )
-def test_a_block_of_the_dearer_setting_bounds_how_many_passes_both_make(cost: int, dearer: float, passes: int) -> None:
+def test_block_of_the_slower_setting_limits_passes_of_both(cost: int, dearer: float, passes: int) -> None:
     engine = FakeEngine(cost, dearer=dearer)
     paired(engine, catalogue_scene("swinging-four-bar"))
     assert len(engine.made) == 2 * 3 + 2 * 10 * passes
@@ -222,7 +222,7 @@ def test_a_block_of_what_turns_lasts_two_milliseconds(cost: int, steps: int) -> 
     assert (found.seconds, found.other_seconds) == pytest.approx((1e-6 * cost, 1e-6 * cost), rel=1e-12)
 
 
-def test_both_settings_are_warmed_up_and_the_block_of_the_faster_one_is_not_too_short() -> None:
+def test_warm_up_covers_both_settings_and_blocks_are_long_enough() -> None:
     # Steps of 10 us and 1 us. Blocks of 1, 2, .. 256 steps take 5.11 ms of the slower, and 18 more of 256 make 50 ms.
     # A block of 2 ms of the slower would be 0.2 ms of the faster, which is to last 0.5 ms.
     engine = FakeEngine(1000, dearer=9.0)
@@ -243,7 +243,7 @@ def test_both_steppers_take_turns_in_going_first() -> None:
     assert order.count("one") == order.count("other") == 3 * (13 + 1)
 
 
-def test_a_step_is_timed_against_a_step_by_four_pairs_of_steppers() -> None:
+def test_step_is_timed_against_a_step_by_four_stepper_pairs() -> None:
     engine = FakeEngine(1000, dearer=1.0)
     makers = [lambda p=preset: engine.stepper(SAW, SimpleNamespace(preset=p)) for preset in ("tuned", "stock")]
     found = time_stepper_pair(makers[0], makers[1], rounds=6, clock=engine.clock)
@@ -255,7 +255,7 @@ def test_a_step_is_timed_against_a_step_by_four_pairs_of_steppers() -> None:
     assert found.ratio == pytest.approx(2.0, rel=1e-9)
 
 
-def test_a_paired_timing_is_the_median_of_its_rounds_with_an_interval_of_ranks() -> None:
+def test_paired_timing_is_a_median_with_an_interval_of_ranks() -> None:
     spent = np.array([[3.0, 1.0], [1.0, 1.0], [10.0, 2.0], [4.0, 2.0], [4.0, 1.0], [7.0, 1.0], [12.0, 2.0]]) * 1e6
     # Ratios 1, 2, 3, 4, 5, 6, 7. (7 - 1.96 sqrt 7) / 2 = 0.907: the interval begins at the first and ends at the last.
     found = PairedTiming.from_rounds(spent)
@@ -276,9 +276,7 @@ def test_an_inverse_timing_exchanges_the_settings() -> None:
     ("share", "expected"),
     [(0.25, IngredientVerdict.COSTLY), (0.0, IngredientVerdict.FREE), (0.02, IngredientVerdict.FREE)],
 )
-def test_an_ingredient_that_costs_a_quarter_is_costly_and_one_that_no_clock_could_tell_is_free(
-    share: float, expected: IngredientVerdict
-) -> None:
+def test_ingredient_is_costly_at_a_quarter_and_free_below_clock(share: float, expected: IngredientVerdict) -> None:
     found = paired(FakeEngine(10 * REFERENCE_COST, dearer=share), SAW)
     assert found.ratio == pytest.approx(1.0 + share, rel=1e-4)
     assert ingredient_verdict([Evidence(False, found, None, Effect.NONE, "")])[0] is expected

@@ -32,7 +32,7 @@ def cluster(tmp_path: Path) -> Iterator[Any]:
         yield running
 
 
-def test_one_of_two_workers_is_killed_and_the_table_is_the_local_one(cluster: Any, tmp_path: Path) -> None:
+def test_table_equals_the_local_one_when_one_worker_is_killed(cluster: Any, tmp_path: Path) -> None:
     cells = tasks.cells(40)
     killed, lives = (worker.pid for worker in cluster.workers.values())
     killer = After(10, lambda: os.kill(killed, signal.SIGKILL))
@@ -58,7 +58,7 @@ def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Any, ledger:
 
 
 @pytest.mark.slow
-def test_a_cell_that_kills_worker_after_worker_has_crashed_and_no_other_is_blamed(cluster: Any, ledger: Ledger) -> None:
+def test_cell_that_kills_workers_crashes_alone(cluster: Any, ledger: Ledger) -> None:
     cells = tasks.cells(12)
     with DaskCluster(cluster.scheduler_address) as executor:
         table = run_cases(tasks.assigned(cells, tasks.kill_dask_worker), ledger, executor)

@@ -43,7 +43,7 @@ def test_bisection_finds_a_known_threshold(threshold: float) -> None:
     assert threshold <= found <= SIZE_RATIO * threshold
 
 
-def test_every_defect_of_a_motion_is_noticed_and_masses_cannot_be_seen_in_it() -> None:
+def test_defects_of_motion_are_detected_and_masses_are_invisible() -> None:
     found = {one.defect: one for one in qualified().motion}
     assert set(found) == {one.name for one in MOTION_DEFECTS} | MASS
     assert {name for name, one in found.items() if not one.by} == MASS
@@ -89,9 +89,7 @@ def test_nothing_planted_is_nothing_noticed() -> None:
 
 
 @pytest.mark.parametrize("number", [0, 1])
-def test_a_healthy_variant_passes_and_one_with_a_wrong_step_does_not(
-    number: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_healthy_variant_passes_and_fails_with_a_wrong_step(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
     made, steps, start = variant(SAW, number)
     assert (made, steps, start) == variant(SAW, number)
     assert made.parameters["rod"] != SAW.parameters["rod"]
@@ -108,7 +106,7 @@ def test_a_healthy_variant_passes_and_one_with_a_wrong_step_does_not(
     assert case.run().passed is False
 
 
-def test_the_rate_of_a_flywheel_varies_with_all_that_turns_and_not_with_the_observed_points_alone() -> None:
+def test_flywheel_rate_varies_with_all_bodies_that_turn() -> None:
     """Near an end of this rocker's pass its coupler turns fast, and the crank's rate is off by 8e-14."""
     made, steps, start = variant(scene_named("double-rocker"), 14)
     found = VariantCase("double-rocker", made, "mujoco", "tuned", Plan(steps, 1.0), start).run()

@@ -35,7 +35,7 @@ def test_a_run_made_again_is_the_same_to_the_last_bit(engine: str, preset: str) 
     assert one.identical == dict.fromkeys(REPEATED_RUNS[1:], True)
 
 
-def test_a_preset_that_is_not_for_the_machine_has_no_fingerprints() -> None:
+def test_preset_has_no_fingerprints_when_unfit_for_the_machine() -> None:
     one = found(Setup("cam-follower", SCENES["cam-follower"], "mujoco", "hardened", 100))
     assert one.outcome == "unsupported"
     assert one.fingerprints == one.identical == {}

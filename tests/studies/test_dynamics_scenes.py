@@ -72,7 +72,7 @@ def test_the_saw_loses_friction_times_its_way_until_it_rests() -> None:
     assert lost == pytest.approx(30.0 * 2.0 * stroke * turns, rel=2e-3)
 
 
-def test_the_push_of_the_cam_becomes_zero_at_the_float_speed_where_the_nose_begins() -> None:
+def test_cam_push_is_zero_at_the_nose_at_float_speed() -> None:
     slow, fast = (catalogue_scene(f"cam-spring-{name}") for name in ("slow", "fast"))
     begins = CamFollower().joint_angles[1]
     angle = np.append(np.linspace(0.0, 2.0 * math.pi, 361), begins + 1e-6)
@@ -109,7 +109,7 @@ def crank_acceleration(name: str, scene: DescribedScene) -> float:
 
 
 @pytest.mark.parametrize("name", [name for name in QUICK if not name.startswith("cam-")])
-def test_an_exported_scene_accelerates_in_mujoco_alone_as_it_does_exactly(name: str) -> None:
+def test_exported_scene_has_exact_acceleration_in_mujoco_alone(name: str) -> None:
     """But for laws that MJCF has no words for, which the file's header names."""
     tables = tomllib.loads(catalogue_text(name))
     header = standalone_mjcf(name, catalogue_scene(name)).split("-->")[0]
@@ -139,7 +139,7 @@ def exact_acceleration(scene: DescribedScene, angle: float) -> float:
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_what_soft_joints_give_way_to_a_cut_is_within_the_law_that_knows_of_it(engine: str) -> None:
+def test_soft_joints_stay_within_the_law_that_includes_the_cut(engine: str) -> None:
     scene, settings_of = catalogue_scene("press-cutting"), engine_named(engine).presets["tuned"]
     settings = settings_of(scene, 500)
     found = compare(run(scene, settings, 1.0), scene).worst("position")

@@ -42,7 +42,7 @@ def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
 
 
 @pytest.mark.parametrize(("error", "outcome"), [(TimeoutError, "timed-out"), (MemoryError, "out-of-memory")])
-def test_a_cell_that_ended_at_a_limit_runs_again_where_more_is_allowed(
+def test_cell_stopped_at_a_limit_runs_again_when_limit_grows(
     ledger: Ledger, error: type[Exception], outcome: str
 ) -> None:
     def stopped(cell: RunCase) -> Measurement:
@@ -89,7 +89,7 @@ def test_workers_are_used_again_until_one_dies(ledger: Ledger, monkeypatch: pyte
         assert int(found.reason) not in workers
 
 
-def test_bad_usage_of_a_cell_goes_to_the_caller_and_what_is_finished_is_kept(ledger: Ledger) -> None:
+def test_invalid_cell_raises_and_finished_cells_are_kept(ledger: Ledger) -> None:
     with LocalProcesses(2) as executor, pytest.raises(InvalidInput, match="cannot be run"):
         run_cases(tasks.assigned(CELLS, tasks.refuse), ledger, executor)
     kept = ledger.measurements(cell.key for cell in CELLS)
@@ -114,7 +114,7 @@ def interrupt() -> None:
     raise KeyboardInterrupt
 
 
-def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(ledger: Ledger) -> None:
+def test_interrupt_keeps_finished_cells_for_the_next_call(ledger: Ledger) -> None:
     watcher = After(5, interrupt)
     with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
         run_cases(tasks.assigned(CELLS, tasks.echo), ledger, executor, watcher=watcher)
@@ -127,7 +127,7 @@ def test_an_interrupt_keeps_what_is_finished_and_the_next_call_does_the_rest(led
     assert [int(m.reason) for m in table.values()] == list(range(30))
 
 
-def test_killed_at_any_moment_and_continued_the_table_is_that_of_an_undisturbed_run(tmp_path: Path) -> None:
+def test_table_equals_undisturbed_one_after_a_kill_at_any_moment(tmp_path: Path) -> None:
     count, cells = 40, tasks.cells(40)
     with Ledger.open(tmp_path / "undisturbed") as ledger:
         undisturbed = run_cases(cells, ledger, Here())
@@ -152,7 +152,7 @@ def children(process: int) -> list[int]:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
-def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(tmp_path: Path) -> None:
+def test_workers_end_with_a_killed_caller_even_when_they_hang(tmp_path: Path) -> None:
     with tasks.running(tmp_path / "ledger", 8, "misbehave") as running:
         assert running.stdout.readline()
         workers = children(running.pid)
@@ -166,7 +166,7 @@ def test_workers_end_with_a_caller_that_is_killed_even_in_the_middle_of_a_hang(t
 # -- killed from outside -----------------------------------------------------------------------------------------------
 
 
-def test_a_cell_whose_worker_is_killed_from_outside_is_repeated_alone(ledger: Ledger, tmp_path: Path) -> None:
+def test_cell_is_repeated_alone_when_its_worker_is_killed(ledger: Ledger, tmp_path: Path) -> None:
     folder = tmp_path / "attempts"
     folder.mkdir()
     cells = tasks.kept_in(folder, tasks.cells(12))

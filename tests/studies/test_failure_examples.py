@@ -159,7 +159,7 @@ def test_without_what_was_done_to_it_the_same_run_completes(key: str) -> None:
     assert not is_undetected(measurement)
 
 
-def test_mujocos_silent_reset_is_recognised_although_every_number_is_finite() -> None:
+def test_silent_reset_is_recognised_with_all_numbers_finite() -> None:
     # Negative control: with autoreset off the same run, which has diverged, shows numbers that are none.
     found = {
         e.outcome: Extremes.from_measurement(e.end()).finite for e in EXAMPLES if e.changes.items() >= HASTY.items()
@@ -167,5 +167,5 @@ def test_mujocos_silent_reset_is_recognised_although_every_number_is_finite() ->
     assert found == {Outcome.RESET: True, Outcome.DIVERGED: False}
 
 
-def test_the_solver_tolerance_trap_of_a_large_armature_is_shown_by_the_comparison_alone() -> None:
+def test_tolerance_trap_of_armature_shows_in_comparison_alone() -> None:
     assert is_undetected(BY_NAME["opened: the solver-tolerance trap in mujoco"].case.perform())

@@ -101,7 +101,7 @@ def gaps(*flights: Flight, height: float = HEIGHT) -> tuple[Array, Array]:
 
 
 @pytest.mark.parametrize("length", [1, 499, 10_000])
-def test_the_longest_flight_is_found_across_the_borders_of_pieces(length: int) -> None:
+def test_longest_flight_is_found_across_borders_of_pieces(length: int) -> None:
     planted = Flight(1.5, 3.0)
     # Beside it a shorter one, or none; and a hop below ten depths, which is no flight.
     for others in ((Flight(4.0, 4.2),), ()):

@@ -49,9 +49,7 @@ def measured(name: str, engine: str, preset: str, plan: ForcePlan) -> ForceResul
 
 @pytest.mark.parametrize("name", ["shear-press", "six-bar"])
 @pytest.mark.parametrize(("engine", "preset"), JUDGED)
-def test_torque_and_reactions_are_within_what_is_required_with_their_orders(
-    name: str, engine: str, preset: str
-) -> None:
+def test_torque_and_reactions_meet_bars_and_have_their_orders(name: str, engine: str, preset: str) -> None:
     found = measured(name, engine, preset, ForcePlan(None, 1.0))
     assert found.passed
     assert found.steps_per_revolution == 1000
@@ -106,9 +104,7 @@ def variant_forces(name: str, number: int, engine: str) -> tuple[Scene, ForceRes
 @pytest.mark.parametrize(
     ("name", "number", "engine"), [(*key, engine) for key, engines in VARIANTS.items() for engine in engines]
 )
-def test_healthy_variants_have_the_forces_that_the_law_of_their_scheme_says(
-    name: str, number: int, engine: str
-) -> None:
+def test_healthy_variants_have_forces_by_the_law_of_their_scheme(name: str, number: int, engine: str) -> None:
     made, result, _, law = variant_forces(name, number, engine)
     found = validate_forces(name, made, engine_named(engine), PRESET_OF[engine], FULL)
     assert found.passed, (found.out_of_tolerance(), found.apparent_wrong_masses())
@@ -122,7 +118,7 @@ def test_healthy_variants_have_the_forces_that_the_law_of_their_scheme_says(
             assert law.largest_error(names) == pytest.approx(error, rel=0.07)
 
 
-def test_forces_that_are_off_by_more_than_the_scheme_are_out_of_tolerance() -> None:
+def test_forces_are_out_of_tolerance_beyond_the_scheme_error() -> None:
     """A drive torque of twice the scheme's error fails, on a machine whose scheme is off by more than is required."""
     made, result, tracks, _ = variant_forces("watt-straight-line", 8, "pymunk")
     assert (result.tolerance or {})["torque"] > 2e-3
@@ -143,14 +139,14 @@ def test_wrong_masses_show_beside_errors_of_the_scheme() -> None:
     assert found.apparent_wrong_masses()["wheel.inertia"] == pytest.approx(1.0, abs=0.2)
 
 
-def test_forces_at_a_change_point_are_not_judged_where_the_law_is_undetermined() -> None:
+def test_change_point_forces_are_not_judged_when_undetermined() -> None:
     found = measured("parallelogram", "mujoco", "hardened", FULL)
     assert (found.passed, found.limits) == (None, {})
     assert "change point" in found.reason_of_tolerance
     assert measured("parallelogram", "pymunk", "tuned", FULL).passed
 
 
-def test_an_error_out_of_tolerance_does_not_pass_and_stock_is_not_judged() -> None:
+def test_error_out_of_tolerance_fails_and_stock_is_not_judged() -> None:
     strict = measured("shear-press", "pymunk", "tuned", FEW).with_verdict({"torque": 1e-9})
     assert strict.passed is False
     assert list(strict.out_of_tolerance()) == ["torque"]
@@ -190,9 +186,7 @@ def defective(engine: str, name: str, quality: str, change: float) -> Any:
 
 
 @pytest.mark.parametrize(("name", "engine", "preset"), PLANTED)
-def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
-    name: str, engine: str, preset: str
-) -> None:
+def test_wrong_mass_is_found_when_exact_forces_depend_on_it(name: str, engine: str, preset: str) -> None:
     # So many steps that an engine's own errors look like a tenth of a change at most.
     plan = ForcePlan({"mujoco": 125, "pymunk": 500}[engine], 1.0, refined=False)
     assert measured(name, engine, preset, plan).passed
@@ -212,9 +206,7 @@ def test_every_wrong_mass_that_the_exact_forces_depend_on_is_found_and_no_other(
 
 
 @pytest.mark.parametrize("name", ["six-bar", "crank-shaper", "saw-500rpm"])
-def test_an_engine_without_a_law_of_its_forces_has_no_wrong_mass_for_its_own_errors(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_engine_without_force_law_claims_no_mass_for_own_errors(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.studies.forces.study._expected_forces", lambda *_: None)
     scene, plan = scene_from_tables(name), ForcePlan(125, 1.0, refined=False)
     projected = dict[str, float]()
@@ -233,7 +225,7 @@ def test_an_engine_without_a_law_of_its_forces_has_no_wrong_mass_for_its_own_err
     assert f"{body.name}.mass" in validate_forces(name, scene, wrong, "tuned", plan).apparent_wrong_masses()
 
 
-def test_a_wrong_mass_is_claimed_where_it_explains_and_others_do_not() -> None:
+def test_wrong_mass_is_claimed_when_it_alone_explains() -> None:
     times = {"rod.mass": 1.0, "crank.mass": 1.6, "slider.mass": 0.3, "pin.mass": np.nan}
     left = {"rod.mass": 0.001, "crank.mass": 0.8, "slider.mass": 0.9, "pin.mass": np.nan}
     assert _drop_unexplained(times, left) == {"rod.mass": 1.0, "slider.mass": 0.3}
@@ -263,7 +255,7 @@ def test_a_wrong_follower_is_seen_through_the_scatter_of_contact(quality: str) -
 # -- what is not reported --------------------------------------------------------------------------------------------
 
 
-def test_what_an_engine_does_not_report_is_unsupported_with_its_reason() -> None:
+def test_missing_report_of_an_engine_is_unsupported_with_reason() -> None:
     mujoco = measured("planetary-gear", "mujoco", "hardened", FEW)
     assert (mujoco.outcome, mujoco.passed) == ("unsupported", None)
     assert "no force acts where the bodies meet" in mujoco.reason

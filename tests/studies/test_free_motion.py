@@ -71,7 +71,7 @@ def test_a_pendulum_converges_with_the_order_of_the_integrator() -> None:
     assert stock.largest("energy") > 1e-4
 
 
-def test_pymunk_is_measured_and_judged_where_a_tolerance_is_given() -> None:
+def test_pymunk_is_measured_and_judged_when_tolerance_is_given() -> None:
     pendulum = course("pendulum")
     assert result(pendulum, "pymunk", "tuned").passed is None
     judged = result(pendulum, "pymunk", "tuned", replace(SHORT, tolerance={"position": 1e-5, "energy": 1.0}))
@@ -96,7 +96,7 @@ def test_pymunk_is_measured_and_judged_where_a_tolerance_is_given() -> None:
         ("peaucellier", (0.4,), "the crank stands in a dead centre just where branches cross", (0.2,)),
     ],
 )
-def test_what_the_exact_motion_does_not_resolve_is_measured_and_judged_only_where_a_tolerance_is_given(
+def test_unresolved_motion_is_judged_only_with_a_given_tolerance(
     name: str, unresolved: tuple[float, ...], why: str, resolved: tuple[float, ...]
 ) -> None:
     long, early = course(name, *unresolved), course(name, *resolved)
@@ -133,9 +133,7 @@ def heaviest(mechanism: Mechanism) -> Mechanism:
 
 
 @pytest.mark.parametrize("name", ["whitworth", "saw-40rpm", "four-bar-swing", "slider-crank-spring"])
-def test_a_moved_pin_a_heavier_body_and_a_stiffer_spring_are_out_of_tolerance(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_wrong_pin_mass_or_spring_is_out_of_tolerance(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     # Runs at the step of the rule alone, by which a verdict is given.
     monkeypatch.setattr("conrod.studies.free_motion.study.STEP_DIVISORS", (1,))
     right = course(name, 0.5)
@@ -167,7 +165,7 @@ def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) ->
 # -- what is run -----------------------------------------------------------------------------------------------------
 
 
-def test_free_leaves_out_what_drives_the_crank_and_torque_asks_for_it() -> None:
+def test_free_motion_omits_crank_drive_and_torque_needs_it() -> None:
     scene = scene_from_tables("press-cutting")
     free = MotionPlan(FREE).keep_acting_loads(scene.mechanism(), "press-cutting")
     driven = MotionPlan(TORQUE).keep_acting_loads(scene.mechanism(), "press-cutting")

@@ -40,7 +40,7 @@ def test_mistakes_are_raised_with_their_traceback() -> None:
 
 # With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).
 @pytest.mark.parametrize("megabytes", [3, 16])
-def test_an_engine_that_is_given_no_memory_is_out_of_memory_however_it_says_so(megabytes: int) -> None:
+def test_engine_without_memory_is_out_of_memory_for_any_message(megabytes: int) -> None:
     with LocalProcesses(1, memory=MEMORY) as executor:
         with pytest.raises(MemoryError, match="3000000000 bytes"):
             executor.submit(planted.engine_with_little, megabytes).result()
@@ -60,7 +60,7 @@ def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measu
 
 
 @pytest.mark.parametrize("how", ["fork", "exec", "double fork"])
-def test_a_call_that_forks_and_aborts_ended_by_its_signal_and_leaves_nothing(how: str, tmp_path: Path) -> None:
+def test_call_that_forks_and_aborts_leaves_no_process(how: str, tmp_path: Path) -> None:
     begun, note = time.monotonic(), tmp_path / "pids"
     with LocalProcesses(1, timeout=60.0) as executor, pytest.raises(WorkerDied, match="ended by signal SIGABRT"):
         executor.submit(planted.fork_and_abort, how, str(note)).result()
@@ -81,14 +81,14 @@ def gone(pid: int) -> bool:
     return False
 
 
-def test_an_answer_that_a_fork_gives_too_is_no_answer_to_the_next_call() -> None:
+def test_answer_of_a_fork_is_no_answer_to_the_next_call() -> None:
     with LocalProcesses(1) as executor:
         first = executor.submit(planted.fork_and_return).result()
         assert executor.submit(os.path.join, "a", "b").result() == "a/b"
         assert executor.submit(os.getpid).result() == first
 
 
-def test_what_is_written_into_stray_descriptors_costs_its_own_call_at_most() -> None:
+def test_write_to_stray_descriptors_fails_at_most_its_own_call() -> None:
     with LocalProcesses(1) as executor:
         assert executor.submit(planted.write_into_strays, 3, 100).result() == "written"
         with pytest.raises(WorkerDied, match="conrod's connection"):

@@ -57,7 +57,7 @@ def test_an_error_that_is_not_within_is_out_of_tolerance(error: float | None) ->
     assert repr(size) == repr(error)
 
 
-def test_what_is_no_number_is_not_passed_over_beside_a_smaller_error() -> None:
+def test_nan_error_fails_beside_a_smaller_error() -> None:
     by = {"engine": "mujoco", "engine_version": "1", "preset": "tuned", "scene": "saw"}
     sizes = [dict.fromkeys(("max", "rms", "final"), size) for size in (WITHIN, math.nan)]
     forces = ForceResult(
@@ -74,7 +74,7 @@ def test_what_is_no_number_is_not_passed_over_beside_a_smaller_error() -> None:
     assert math.isnan(kept.largest("position") or 0.0)
 
 
-def test_a_verdict_that_notices_nothing_is_none_but_for_one_who_asks_for_other_tolerances() -> None:
+def test_verdict_without_detection_fails_at_its_own_tolerances() -> None:
     for smallest, passed in ((None, False), (1e-9, True)):
         seen = DefectVerdict("longer rod", "m", "rod", 1e-3, (), smallest)
         found = result({"position": WITHIN}, qualified=Qualification((seen,), ()))
@@ -87,7 +87,7 @@ def test_an_error_up_to_what_is_allowed_is_within(error: float) -> None:
     assert result({"position": error}).with_verdict().passed is True
 
 
-def test_the_worst_point_decides_and_one_that_is_no_number_is_the_worst() -> None:
+def test_worst_point_decides_and_nan_is_the_worst() -> None:
     size = dict.fromkeys(("max", "rms", "final"), WITHIN)
     for bad in (2.0 * ALLOWED, math.nan):
         wrong = dict.fromkeys(("max", "rms", "final"), bad)
@@ -126,7 +126,7 @@ def test_where_nothing_is_judged_there_is_no_verdict() -> None:
     assert result({"position": math.nan}, tolerance=Tolerance()).with_verdict().passed is None
 
 
-def test_tolerances_that_are_asked_for_take_the_place_of_all_others() -> None:
+def test_given_tolerances_replace_all_others() -> None:
     found = result({"position": WITHIN, "velocity": 1.0}, tolerance=Tolerance(position=1e-9, velocity=1e-9))
     asked = found.with_verdict({"position": ALLOWED})
     assert (asked.passed, asked.limits, asked.tolerance.reason) == (True, {"position": ALLOWED}, AS_ASKED)
@@ -149,13 +149,13 @@ def forces(preset: str, tolerance: dict[str, float] | None = None) -> ForceCase:
         (forces("stock", {"torque": 1.0}), False),
     ],
 )  # fmt: skip
-def test_a_run_that_took_its_process_down_has_failed_where_it_was_to_be_judged(case: Any, passed: bool | None) -> None:
+def test_crashed_run_fails_when_it_was_to_be_judged(case: Any, passed: bool | None) -> None:
     found = case.failed_result(Outcome.CRASHED, "signal 11")
     assert (found.scene, found.outcome, found.reason, found.passed) == ("saw", "crashed", "signal 11", passed)
     assert case.effort == 100
 
 
-def test_a_study_asks_once_for_each_scene_engine_and_preset_and_finds_them_by_scene() -> None:
+def test_study_asks_each_case_once_and_groups_results_by_scene() -> None:
     scenes, engines = {"one": SAW, "two": SCENES["saw-500rpm"]}, [engine_named("mujoco"), engine_named("pymunk")]
     presets, plan = {"mujoco": ("tuned", "stock"), "pymunk": ("stock",)}, Plan(40, 1.0)
     study = presets_study(ValidationCase, scenes, engines, presets, plan)
@@ -191,7 +191,7 @@ class OnBranch(LawfulEngine):
         return KinematicResult(angle, solver.poses(angle), points)
 
 
-def test_kinematic_mode_on_the_other_branch_fails_though_every_point_is_right() -> None:
+def test_kinematic_mode_fails_on_other_branch_with_right_points() -> None:
     right, other = (validate_kinematic("saw", SAW, OnBranch(branch)) for branch in (False, True))
     assert (right.outcome, right.passed) == ("completed", True)
     assert (other.outcome, other.passed) == ("flipped", False)
@@ -243,7 +243,7 @@ def test_every_setting_is_in_the_key_but_the_name_of_its_preset(engine: str) -> 
     assert case_of(SAW, replace(settings, preset="custom")).key == case_of(SAW, settings).key
 
 
-def test_a_machine_of_a_file_is_known_by_the_kinds_of_its_joints_and_its_speed() -> None:
+def test_file_machine_has_identity_of_joint_kinds_and_speed() -> None:
     scene: Any = scene_named("planetary-gear")
     kinds = [type(joint).__name__ for joint in scene.mechanism().joints]
     assert len(set(kinds)) > 1
@@ -291,7 +291,7 @@ def tuned(steps: int) -> Any:
 KEPT = ValidationCase("saw", SAW, "pymunk", "tuned", Plan(40, 1.0))
 
 
-def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
+def test_measurement_has_the_whole_result_and_largest_errors() -> None:
     measurement = KEPT.perform()
     found = KEPT.result(measurement)
     assert replace(found, curves=None, poses=None) == replace(KEPT.run(), curves=None, poses=None)
@@ -304,7 +304,7 @@ def test_a_measurement_holds_the_whole_result_and_its_largest_errors() -> None:
     assert failing.perform().reason == failing.run().reason != ""
 
 
-def test_a_kept_result_takes_the_name_and_the_tolerances_of_who_asks() -> None:
+def test_kept_result_takes_name_and_tolerances_of_the_request() -> None:
     measurement = KEPT.perform()
     asked = replace(KEPT, name="mine", plan=replace(KEPT.plan, tolerance={"position": 1e-9}))
     found = asked.result(measurement)
@@ -323,7 +323,7 @@ def test_a_measurement_of_another_form_is_not_understood() -> None:
         assert KEPT.can_read(replace(measurement, **change)) is False
 
 
-def test_a_refinement_runs_all_steps_over_one_stretch_and_the_judged_run_not_again() -> None:
+def test_refinement_runs_all_steps_and_reuses_the_judged_run() -> None:
     def refined(scene: Any, steps: int) -> list[Any]:
         return list(run_refinement_path(scene, steps, 2.0, "judged", lambda *run: run))
 

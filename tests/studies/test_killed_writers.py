@@ -106,7 +106,7 @@ def test_a_kill_at_any_step_leaves_each_file_old_or_new(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("undrawn")
-def test_a_report_whose_writer_was_killed_at_any_step_is_made_whole(tmp_path: Path) -> None:
+def test_report_is_made_whole_after_its_writer_is_killed(tmp_path: Path) -> None:
     folder, again = tmp_path / "report", Reproduction("conrod free {scene} --jobs 3 --out reports")
     old = [study("saw-40rpm"), study("cam-follower"), study("whitworth")]
     new = [study("saw-40rpm", 1e-4, curves=False), study("cam-follower", 1e-5), study("shear-press")]
@@ -150,7 +150,7 @@ def test_a_report_that_is_not_whole_says_so(tmp_path: Path) -> None:
 # -- what others leave ------------------------------------------------------------------------------------------------
 
 
-def test_what_lies_in_the_folder_of_an_output_is_never_carried_out(tmp_path: Path) -> None:
+def test_file_in_the_output_folder_is_never_executed(tmp_path: Path) -> None:
     # A hidden folder with a plan is what earlier versions left, and what anybody can put there.
     folder, private = tmp_path / "shared", tmp_path / "private"
     left = folder / ".conrod-x"

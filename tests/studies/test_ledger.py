@@ -35,7 +35,7 @@ SLOW = pytest.mark.slow
 STOPPED = Measurement("timed-out", "no result after 3 s")
 
 
-def test_a_measurement_comes_back_to_the_last_bit_with_numbers_that_json_has_not(ledger: Ledger, path: Path) -> None:
+def test_measurement_is_kept_bit_for_bit_with_nan_and_infinity(ledger: Ledger, path: Path) -> None:
     odd = Measurement("completed", phase={"max": math.nan, "final": math.inf}, payload={"none": None, "tiny": 5e-324})
     for cell, kept in zip(CELLS, (MEASURED, odd), strict=False):
         ledger.keep(cell, kept)
@@ -44,7 +44,7 @@ def test_a_measurement_comes_back_to_the_last_bit_with_numbers_that_json_has_not
         assert repr(again.measurements(KEYS)) == repr({KEYS[0]: MEASURED, KEYS[1]: odd})
 
 
-def test_a_run_stopped_at_a_limit_is_known_by_it_and_replaces_no_finished_one(ledger: Ledger) -> None:
+def test_run_stopped_at_a_limit_replaces_no_finished_one(ledger: Ledger) -> None:
     ledger.keep(CELLS[0], STOPPED, limit=3.0)
     assert ledger.stops_at_limits(KEYS) == {KEYS[0]: ("timed-out", 3.0)}
     ledger.keep(CELLS[0], MEASURED)
@@ -64,7 +64,7 @@ def keep_and_die(path: Path) -> None:
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def test_what_was_kept_outlives_a_process_killed_in_the_middle_of_the_next_write(path: Path) -> None:
+def test_ledger_keeps_rows_when_killed_during_the_next_write(path: Path) -> None:
     # That two write one ledger at once is in test_execution.py.
     assert isinstance(call_isolated(keep_and_die, path), FailedCall)
     with Ledger.open(path) as ledger:
@@ -102,9 +102,7 @@ def a_newer_one(path: Path) -> None:
         (os.mkfifo, "no regular file"),
     ],
 )
-def test_what_is_no_ledger_of_this_conrod_is_refused_and_stays_as_it_is(
-    path: Path, made: Callable[[Path], None], words: str
-) -> None:
+def test_foreign_ledger_is_refused_and_stays_unchanged(path: Path, made: Callable[[Path], None], words: str) -> None:
     made(path)
     before = path.read_bytes() if path.is_file() else None
     with pytest.raises(InvalidInput, match=f"^.*{path}.*{words}.*$"):
@@ -136,7 +134,7 @@ def test_a_full_ledger_is_said_to_be_and_keeps_what_it_has(ledger: Ledger) -> No
     assert ledger.finished_keys(KEYS) == set(kept)
 
 
-def test_an_error_of_conrod_itself_is_not_dressed_as_one_of_the_file(ledger: Ledger) -> None:
+def test_internal_error_is_not_reported_as_one_of_the_file(ledger: Ledger) -> None:
     # Negative control: a faulty statement stays what it is.
     with pytest.raises(sqlite3.OperationalError, match="no such table"):
         list(ledger._select("SELECT key FROM no_table WHERE key IN", KEYS))
@@ -204,7 +202,7 @@ def test_sixty_overwritten_values_are_made_again(whole: Path, tmp_path: Path) ->
     assert again > 40
 
 
-def test_sixty_overwritten_places_of_the_file_end_in_no_traceback(whole: Path, tmp_path: Path) -> None:
+def test_ledger_gives_no_traceback_with_sixty_corrupt_places(whole: Path, tmp_path: Path) -> None:
     chance, refused = random.Random(21), list[str]()
     for k in range(60):
         path, content = tmp_path / f"{k}.sqlite", bytearray(whole.read_bytes())

@@ -50,7 +50,7 @@ def changed(cell: LimitCase, case: Setup) -> set[str]:
 
 
 @pytest.mark.parametrize("name", AXES)
-def test_both_ends_of_every_axis_can_be_built_or_it_is_known_why_not(name: str) -> None:
+def test_axis_ends_can_be_built_or_have_a_refusal(name: str) -> None:
     axis = AXES[name]
     refusals = {case: axis.refusal(case) for case in CASES}
     assert None in refusals.values()
@@ -130,7 +130,7 @@ def test_runs_start_every_five_degrees_and_at_dead_centres() -> None:
     assert np.linalg.norm(SAW.motion(np.radians(dead), 1.0).point("C").velocity, axis=1).max() < 1e-8
 
 
-def test_orders_of_declaration_are_spread_evenly_and_end_with_the_reversed_one() -> None:
+def test_declaration_orders_are_spread_evenly_and_end_reversed() -> None:
     axis = AXES["declaration"]
     assert axis.values(case_of(CAM, preset="tuned")) == tuple(range(12))
     numbers = axis.values(case_of())
@@ -177,14 +177,14 @@ def test_an_axis_leads_from_a_sound_run_to_a_failed_one(
     assert level_of(run(name, case, hopeless)) not in (Level.SAFE, Level.ROUGH)
 
 
-def test_what_the_rule_gives_unequal_masses_is_missing_where_iterations_stay() -> None:
+def test_mass_ratio_is_safe_by_the_rule_and_not_at_iterations() -> None:
     case = case_of(SAW, "pymunk", "tuned")
     ruled, stays = (run(name, case, 1e3) for name in ("mass-ratio", "mass-ratio-at-iterations"))
     assert (level_of(ruled), level_of(stays)) == (Level.SAFE, Level.UNBOUNDED)
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])
-def test_single_precision_is_seen_in_every_state_and_in_the_error(engine: str, preset: str) -> None:
+def test_single_precision_shows_in_every_state_and_in_error(engine: str, preset: str) -> None:
     case = case_of(SAW, engine, preset)
     double, single = (run("rounding", case, value).largest("position") for value in (0.0, 1.0))
     assert single > (100.0 if engine == "mujoco" else 1.0) * double
@@ -200,9 +200,7 @@ def test_single_precision_is_seen_in_every_state_and_in_the_error(engine: str, p
 @pytest.mark.parametrize(
     ("scene", "engine", "preset"), [(PRESS, "mujoco", "hardened"), (SAW, "pymunk", "tuned")], ids=["mujoco", "pymunk"]
 )
-def test_errors_depend_on_no_order_of_declaration_where_the_solver_converges(
-    scene: Scene, engine: str, preset: str
-) -> None:
+def test_errors_ignore_declaration_order_when_solver_converges(scene: Scene, engine: str, preset: str) -> None:
     axis, case = AXES["declaration"], case_of(scene, engine, preset)
     numbers = axis.values(case)
     errors = [axis.case(case, number).perform().largest("position") for number in numbers[:: len(numbers) // 4]]
@@ -210,7 +208,7 @@ def test_errors_depend_on_no_order_of_declaration_where_the_solver_converges(
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "stock"), ("pymunk", "tuned")])
-def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine: str, preset: str) -> None:
+def test_orders_start_in_the_same_pose_and_compare_by_body(engine: str, preset: str) -> None:
     """The tracks of a redeclared machine are its own: seen in the scene's order they are another machine's."""
     case = case_of(SAW, engine, preset)
     cell = AXES["declaration"].case(case, AXES["declaration"].values(case)[-1])
@@ -221,7 +219,7 @@ def test_every_order_starts_in_the_same_pose_and_is_compared_body_by_body(engine
     assert compare(trajectory, SAW).closure.position > 0.1
 
 
-def test_a_time_constant_below_two_steps_is_two_steps_where_it_is_guarded_and_itself_where_not() -> None:
+def test_time_constant_is_at_least_two_steps_when_guarded() -> None:
     def run(steps: float, refsafe: bool) -> bytes:
         settings = MuJoCoSettings.tuned(SAW, 200)
         settings = replace(settings, solref=(steps * settings.timestep, 1.0), refsafe=refsafe)

@@ -96,7 +96,7 @@ def refined(full: Classes, stride: int = maps.COARSE_STRIDE) -> tuple[set[maps.N
 
 
 @pytest.mark.parametrize(("name", "size"), list(product(ONE_BOUNDARY | SEVERAL, (33, 65))), ids=str)
-def test_the_map_is_that_of_the_full_grid_for_at_most_a_quarter_of_its_runs(name: str, size: int) -> None:
+def test_map_equals_the_full_grid_for_a_quarter_of_its_runs(name: str, size: int) -> None:
     full = on_grid((ONE_BOUNDARY | SEVERAL)[name], size)
     run, found = refined(full)
     assert found == full
@@ -105,7 +105,7 @@ def test_the_map_is_that_of_the_full_grid_for_at_most_a_quarter_of_its_runs(name
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 4), st.floats(0.5, 1.0))
-def test_what_is_not_run_has_runs_of_one_class_about_it_whatever_the_map(seed: int, kinds: int, calm: float) -> None:
+def test_unrun_node_has_neighbours_of_one_class_on_any_map(seed: int, kinds: int, calm: float) -> None:
     # Not even where classes are strewn at random is a node given a class that one of its neighbours contradicts.
     random = np.random.default_rng(seed)
     strewn = np.where(random.random((23, 19)) < calm, 0, random.integers(0, kinds, (23, 19)))

@@ -50,7 +50,7 @@ def one_pass() -> Setup:
 # -- spacing ---------------------------------------------------------------------------------------------------------
 
 
-def test_values_are_spaced_evenly_by_ratios_of_what_the_scale_measures() -> None:
+def test_values_are_spaced_evenly_on_their_scale() -> None:
     assert spaced_values(Scale.LOG, 1.0, 1e4, 5) == pytest.approx((1.0, 10.0, 100.0, 1e3, 1e4), rel=1e-12)
     assert spaced_values(Scale.NEARNESS, 0.9, 1.0 - 1e-5, 5) == pytest.approx(
         (0.9, 0.99, 0.999, 0.9999, 0.99999), rel=1e-12
@@ -59,7 +59,7 @@ def test_values_are_spaced_evenly_by_ratios_of_what_the_scale_measures() -> None
     assert spaced_values(Scale.COUNT, 3.0, 1.0, 9) == (3.0, 2.0, 1.0), "whole numbers are not run twice"
 
 
-def test_half_way_is_half_way_on_the_scale_and_ends_within_two_per_cent() -> None:
+def test_midpoint_is_half_way_on_scale_and_ends_at_two_per_cent() -> None:
     near = replace(AXES["nearness"], nearest=lambda value: value)
     assert near.scale is Scale.NEARNESS
     assert near.midpoint(0.9, 0.999) == pytest.approx(0.99, rel=1e-12)
@@ -70,7 +70,7 @@ def test_half_way_is_half_way_on_the_scale_and_ends_within_two_per_cent() -> Non
 # -- setups ----------------------------------------------------------------------------------------------------------
 
 
-def test_fewest_steps_leave_a_pass_as_many_samples_as_a_turn_needs() -> None:
+def test_fewest_steps_leave_a_pass_the_samples_of_a_turn() -> None:
     setting = one_pass()
     span = setting.mechanism.driver.span
     assert span is not None
@@ -81,7 +81,7 @@ def test_fewest_steps_leave_a_pass_as_many_samples_as_a_turn_needs() -> None:
     assert setup().min_steps == 2
 
 
-def test_a_run_has_its_scenes_name_and_a_refusal_its_settings_reason() -> None:
+def test_run_has_its_scenes_name_and_refusal_its_settings_reason() -> None:
     assert Setup("called", SAW, "mujoco", "hardened").case_with().name == "called"
     assert setup().refusal() is None
     refusal = setup(CAM).refusal()
@@ -97,7 +97,7 @@ def test_an_engine_whose_settings_cannot_be_varied_says_so() -> None:
     assert "exudyn" in str(lacking.variation_refusal()).lower()
 
 
-def test_a_redeclared_machine_moves_as_its_scene_at_the_same_speed_and_side() -> None:
+def test_redeclared_machine_moves_as_its_scene_at_speed_and_side() -> None:
     machine = ReorderedMachine(SAW.kinematics.mechanism, SAW.speed, SAW)
     angles = np.linspace(0.0, 6.0, 7)
     for side in ("left", "right"):
@@ -195,7 +195,7 @@ def test_the_exact_torque_is_the_rate_of_energy_over_the_speed(gravity: bool) ->
     assert not torque.is_negligible
 
 
-def test_loads_of_a_redeclared_gravity_are_subtracted_from_the_inertia() -> None:
+def test_redeclared_gravity_load_is_subtracted_from_inertia() -> None:
     mechanism = replace(SAW.kinematics.mechanism, gravity=(0.0, -9.81))
     kinematics = type(SAW.kinematics)(mechanism)
     angle = np.array([0.7, 2.0])
@@ -226,7 +226,7 @@ DEPTH = -1e-3  # so the threshold is 1e-2
 
 
 @pytest.mark.parametrize("pieces", [1, 2, 5, 9])
-def test_a_flight_begins_and_ends_where_the_gap_passes_the_threshold(pieces: int) -> None:
+def test_flight_starts_and_ends_when_gap_passes_threshold(pieces: int) -> None:
     found = flights([DEPTH, DEPTH, DEPTH, 0.0, 0.02, 0.02, 0.0, 0.0, 0.0, 0.0], pieces=pieces)
     longest = found.longest_flight()
     assert longest is not None
@@ -234,7 +234,7 @@ def test_a_flight_begins_and_ends_where_the_gap_passes_the_threshold(pieces: int
     assert found.threshold == pytest.approx(1e-2)
 
 
-def test_a_flight_that_is_not_over_lands_at_the_last_sample_and_one_from_the_start_begins_there() -> None:
+def test_open_flight_starts_or_lands_at_the_end_of_samples() -> None:
     open_end = flights([DEPTH, DEPTH, DEPTH, 0.0, 0.02, 0.02, 0.02]).longest_flight()
     assert open_end is not None
     assert (open_end.start, open_end.landing) == pytest.approx((3.5, 6.0))
@@ -251,7 +251,7 @@ def planned(*asked: str, preset: str | None = "hardened", scene: Scene = SAW, sp
     return plan_limits("named", scene, [engine_named("mujoco")], preset, asked, span)
 
 
-def test_a_plan_has_a_search_for_each_axis_asked_for_and_ends_with_its_findings() -> None:
+def test_plan_has_a_search_for_each_axis_and_its_findings() -> None:
     plans = [planned("steps", span=(1000.0, 900.0)), planned("mass-ratio", span=(1.0, 1.5))]
     seen: list[LimitCase] = []
 
@@ -272,7 +272,7 @@ def test_a_plan_has_a_search_for_each_axis_asked_for_and_ends_with_its_findings(
     assert {case.settings.steps_per_revolution for case in seen} >= {1000, 900}
 
 
-def test_an_axis_that_a_machine_lacks_is_refused_with_its_reason_and_named_where_it_alone_was_asked_for() -> None:
+def test_axis_is_refused_with_reason_when_machine_lacks_it() -> None:
     plan = planned("flank-radius", "steps", span=None)
     assert "flank-radius" in plan.unfit
     assert "cam" in plan.unfit["flank-radius"]
@@ -284,7 +284,7 @@ def test_an_axis_that_a_machine_lacks_is_refused_with_its_reason_and_named_where
     check_applicable([plan, planned("flank-radius", preset="tuned", scene=CAM)])
 
 
-def test_a_preset_that_is_not_for_a_scene_is_named_with_the_engines_reason() -> None:
+def test_unfit_preset_is_named_with_the_engines_reason() -> None:
     plan = planned("steps", scene=CAM)
     assert set(plan.unfit) == {"hardened"}
     assert plan.unfit["hardened"] == engine_named("mujoco").refusal(CAM, setup(CAM).settings())
@@ -341,7 +341,7 @@ def test_a_run_without_a_sample_is_not_undetected() -> None:
 # -- follower float ----------------------------------------------------------------------------------------------------
 
 
-def test_a_flight_flies_where_it_shrinks_by_less_than_the_root_of_the_step() -> None:
+def test_flight_flies_when_it_shrinks_less_than_root_of_step() -> None:
     assert OnsetProbe(1.0, (1.0, 0.71)).flies
     assert not OnsetProbe(1.0, (1.0, 0.70)).flies
     assert not OnsetProbe(1.0, (1.0, 0.5**0.5)).flies

@@ -185,7 +185,7 @@ def test_a_load_takes_torque_by_its_virtual_work() -> None:
     assert np.abs(along).max() > 0.05
 
 
-def test_of_equal_flights_the_first_is_the_longest_and_touching_the_threshold_is_none() -> None:
+def test_first_of_equal_flights_is_longest_and_a_touch_is_none() -> None:
     found = FlightRecorder(2, travel=1.0)
     found.add(np.arange(9.0), np.array([-1e-3, 0.0, 0.02, 0.0, 0.0, 0.02, 0.0, 0.01, 0.0]))
     assert found.longest_flight() == Flight(1.5, 2.5)
@@ -224,9 +224,7 @@ def test_a_torque_of_rounding_alone_is_negligible() -> None:
         ("opened", Level.BROKEN, True),
     ],
 )
-def test_a_failure_is_undetected_where_numbers_and_engine_say_nothing(
-    outcome: str, level: Level, undetected: bool
-) -> None:
+def test_failure_is_undetected_when_numbers_and_engine_are_clean(outcome: str, level: Level, undetected: bool) -> None:
     outcome = Outcome[outcome.upper()].slug
 
     def measured(**facts: Any) -> Measurement:
@@ -244,7 +242,7 @@ def test_a_wrong_run_is_undetected_and_a_rough_one_is_none() -> None:
     assert not is_undetected(completed(0.09, extremes=watched))
 
 
-def test_another_process_that_fails_is_the_outcome_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_second_process_is_the_outcome_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     settings = engine_named("mujoco").presets["hardened"](SAW, 100)
     case, done = RepeatedCase("mine", SAW, settings), list[str]()
 

@@ -64,7 +64,7 @@ def test_every_boundary_is_found_to_two_per_cent() -> None:
     assert [every[criterion].outcome for criterion in ("wrong", "broken")] == ["opened", "diverged"]
 
 
-def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with_a_warning_is_not(
+def test_failure_is_undetected_unless_there_is_a_warning(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     assert boundaries(RATIO, graded)[0]["wrong"].undetected
@@ -80,7 +80,7 @@ def test_a_failure_with_finite_numbers_and_no_warning_is_undetected_and_one_with
     ],
     ids=["whole numbers", "even numbers"],
 )
-def test_a_boundary_lies_between_neighbours_where_not_all_values_exist(axis: Axis, rule: Rule, ends: object) -> None:
+def test_boundary_lies_between_neighbours_when_values_are_sparse(axis: Axis, rule: Rule, ends: object) -> None:
     found = boundaries(axis, rule)[0]["safe"]
     assert (found.last_good, found.first_bad) == ends
 

@@ -42,7 +42,7 @@ def size(values: Array, scene: Any, point: str, order: int) -> float:
 @pytest.mark.parametrize(
     ("engine", "predicted_per_turn", "stride"), [("mujoco", STEPS // 4, 4), ("pymunk", 2 * STEPS, 1)]
 )
-def test_a_completed_run_is_measured_by_its_comparison_with_the_exact_motion(
+def test_completed_run_is_measured_against_the_exact_motion(
     engine: str, predicted_per_turn: int, stride: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(measuring, "PREDICTED_SAMPLES_PER_TURN", predicted_per_turn)
@@ -76,9 +76,7 @@ def interpolated(made: Trajectory, scene: Any, point: str, quantity: str, times:
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
 @pytest.mark.parametrize("scene", [SAW, GENEVA], ids=["turning", "one pass"])
-def test_signed_errors_are_those_at_equal_angles_of_the_last_turn_or_of_the_middles_of_the_pass(
-    scene: Any, engine: str
-) -> None:
+def test_signed_errors_are_at_equal_angles_of_last_turn_or_pass(scene: Any, engine: str) -> None:
     case = clamp_to_span(case_of(scene, engine, revolutions=2.0, start_angle=0.3, signed_angles=ANGLES))
     found, made = measure(case), run_again(case)
     span = scene.kinematics.mechanism.driver.span
@@ -109,7 +107,7 @@ def test_a_pass_of_two_steps_is_not_run_and_one_of_three_is() -> None:
     assert "are needed" in found.reason
 
 
-def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and_no_errors() -> None:
+def test_refusal_or_failure_is_an_outcome_with_reason_only() -> None:
     cam = SCENES["cam-follower"]
     refused = case_of(cam, "mujoco", preset="hardened")
     why = refused.settings and engine_named("mujoco").refusal(cam, refused.settings)
@@ -121,7 +119,7 @@ def test_what_an_engine_refuses_and_what_fails_is_an_outcome_with_its_reason_and
     assert measure(failing) == Measurement(made.outcome.slug, made.reason)
 
 
-def test_errors_of_drawn_poses_are_those_of_the_points_and_a_planted_one_is_not() -> None:
+def test_drawn_poses_have_the_errors_of_points_and_show_a_defect() -> None:
     run = validate_dynamic("saw", SAW, engine_named("pymunk"), "stock", Plan(240))
     assert run.poses.values.shape == (DRAWN_POSES + 1, 9)
     exact = SAW.motion(run.poses.angle, SAW.speed).point("C").position

@@ -69,7 +69,7 @@ def misfit(
 
 
 @pytest.mark.parametrize("order", [0, 1, 2])
-def test_twice_the_second_step_its_remainder_and_rounding_are_allowed(order: int) -> None:
+def test_allowance_is_two_second_steps_remainder_and_rounding(order: int) -> None:
     # 2 x 0.5 of the second step; 4 = S / L times e2^2 / e1 = 0.004, and rounding 1e-13 (1 + 3 turns + a change of 2).
     gain = 2.0  # over the least singular value, of a sample that is off by more than is allowed without it
     allowed = 1.0 + 4.0 * (gain**order * 0.004 + gain ** (order + 1) * 6e-13)
@@ -84,7 +84,7 @@ def test_twice_the_second_step_its_remainder_and_rounding_are_allowed(order: int
     assert found["allowed"] == pytest.approx(1.0 + 4.0 * (0.004 + 6e-13), rel=1e-14)
 
 
-def test_a_second_step_that_is_larger_than_the_first_counts_as_itself() -> None:
+def test_second_step_counts_as_itself_when_larger_than_the_first() -> None:
     assert misfit(reference(), off=0.1, one=0.01, two=0.02)["allowed"] == pytest.approx(1.0 + 4.0 * 0.02)
     assert misfit(reference(), off=0.1, one=0.0, two=0.02)["allowed"] == pytest.approx(1.0, rel=1e-11)
 
@@ -176,7 +176,7 @@ def test_a_point_that_is_no_number_is_a_misfit() -> None:
 @pytest.mark.parametrize(
     ("index", "remaining", "seen"), [(996, 0, True), (997, 0, False), (997, 1, True), (1000, 1, False)]
 )
-def test_every_nth_sample_is_compared_the_last_of_the_run_included(index: int, remaining: int, seen: bool) -> None:
+def test_comparison_uses_every_nth_sample_and_the_last(index: int, remaining: int, seen: bool) -> None:
     found = planted("position", index, 1e-3, stride=4, remaining=remaining)
     assert ("points' position" in contradictions(found.misfit)) is seen
 

@@ -85,7 +85,7 @@ def recommended(runs: PretendedRuns, prior: Mapping[str, Any] | None = None, **a
     return answer
 
 
-def test_the_coarsest_step_that_does_is_found_between_those_of_the_grid() -> None:
+def test_coarsest_sufficient_step_is_found_between_grid_steps() -> None:
     answer = recommended(PretendedRuns(second_order, per_step), position=1e-4)
     # sqrt(40 / 1e-4) = 632 steps would just do; the error is aimed at 1.25 times below what is allowed.
     assert 708 <= answer.candidate.steps <= 1.01 * 708
@@ -106,7 +106,7 @@ def test_the_cheapest_is_chosen_by_cost_and_not_by_steps() -> None:
         lambda cell: cell.scene.speed > SAW.speed,
     ],
 )
-def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(outside: Callable[[RunCase], bool]) -> None:
+def test_setting_is_rejected_when_only_the_grid_allows_it(outside: Callable[[RunCase], bool]) -> None:
     """The planted defect: with ten iterations the error is a hundredfold wherever the grid did not look."""
 
     def error(cell: RunCase) -> float:
@@ -120,7 +120,7 @@ def test_a_setting_that_only_the_grid_allows_is_rejected_and_said_so(outside: Ca
     assert len(answer.confirmations) == 5
 
 
-def test_after_a_rejection_the_same_rule_is_tried_at_a_finer_step() -> None:
+def test_rule_is_tried_at_a_finer_step_after_a_rejection() -> None:
     """Errors a tenth larger outside the grid: what only just does is rejected, the step mended by as much is not."""
 
     def error(cell: RunCase) -> float:
@@ -208,7 +208,7 @@ def test_the_finer_step_is_the_one_that_makes_up_for_the_excess(
         (16000, 9.0, 20000, 1), (20000, 9.0, None, 0),  # no further than the grid where that would not do
     ],
 )  # fmt: skip
-def test_a_finer_step_goes_beyond_the_grid_only_where_that_should_do(
+def test_finer_step_leaves_the_grid_only_when_sufficient(
     steps: int, excess: float, found: int | None, ran: int
 ) -> None:
     assert finer((), steps, excess, 0.5) == (found, ran)
@@ -253,7 +253,7 @@ def test_an_answer_says_all_that_it_rests_on() -> None:
     assert {c.name for c in runs.ran} == {"saw-500rpm"}
 
 
-def test_where_nothing_qualifies_the_nearest_and_how_far_it_is_out_is_said() -> None:
+def test_nearest_candidate_and_excess_are_given_when_none_fits() -> None:
     answer = recommended(PretendedRuns(second_order, per_step), position=1e-3, acceleration=1e-9)
     assert answer.nearest.steps == 20000
     assert answer.nearest.excess({"acceleration": 1e-9}) == pytest.approx(40.0 / 20000**2 / 1e-9)
@@ -310,7 +310,7 @@ def test_the_shipped_table_is_that_of_the_committed_sweeps() -> None:
 
 @pytest.mark.parametrize("decibels", [-20, 20])
 @pytest.mark.parametrize("cost", [0.01, 100.0])
-def test_a_table_that_is_wrong_by_a_hundredfold_breaks_no_promise(decibels: int, cost: float) -> None:
+def test_answer_keeps_tolerance_when_table_is_wrong_hundredfold(decibels: int, cost: float) -> None:
     """The planted defect: the answer still keeps the tolerance, and is as coarse as it can be."""
     answer = recommended(PretendedRuns(second_order, per_step), shifted(decibels, cost), position=1e-4)
     assert 1.0 <= answer.margin < 1.6
@@ -351,7 +351,7 @@ def test_a_search_names_all_machines_that_it_begins_from() -> None:
     assert answer.search_words.startswith("from the shipped sweeps of shear-press and saw-40rpm, by ")
 
 
-def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> None:
+def test_numbers_to_paste_are_short_and_keep_a_pass_in_its_ends() -> None:
     tuned, driver = engine_named("mujoco").presets["tuned"], SimpleNamespace(span=(0.0, 1.0))
     one_pass: Any = SimpleNamespace(kinematics=SimpleNamespace(mechanism=SimpleNamespace(driver=driver)))
     for steps in range(76, 100):
@@ -365,7 +365,7 @@ def test_numbers_to_paste_are_short_and_a_pass_does_not_go_beyond_its_end() -> N
 
 
 @pytest.mark.parametrize("bad", [0.0, -1e-6, math.nan, math.inf, 1e-20, None])
-def test_a_tolerance_that_nothing_can_meet_is_refused_and_one_is_needed(bad: float | None) -> None:
+def test_tolerance_is_refused_when_impossible_or_missing(bad: float | None) -> None:
     with pytest.raises(InvalidInput, match="^no tolerance: give at least one of" if bad is None else "^--position"):
         check_tolerances({"position": bad})
     assert check_tolerances({"position": 1e-6, "velocity": None}) == {"position": 1e-6}

@@ -85,7 +85,7 @@ def test_every_reference_agrees_with_its_joints(name: str) -> None:
     assert contradictions(found) == {}
 
 
-def test_the_allowed_difference_grows_with_the_square_of_the_error() -> None:
+def test_allowed_difference_grows_with_error_squared() -> None:
     """A stock run is off by 3e-2 and predicted to 1e-4; a hardened one is predicted to rounding."""
     stock, hardened = (judged(SAW, preset=p, steps=1000) for p in ("stock", "hardened"))
     assert stock.prediction["position"]["difference"] > 1e-5
@@ -194,7 +194,7 @@ def test_gaps_of_another_frame_are_not_trusted(planted: str) -> None:
 # -- what a user sees --------------------------------------------------------------------------------------------------
 
 
-def test_distrust_comes_first_and_fails_whatever_tolerance_is_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_distrust_comes_first_and_fails_at_any_tolerance(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Wrong, "factors", (1.0 + 1e-6, 1.0, 1.0, 1.0))
     plan = Plan(200, 1.0, {"position": 1.0})
     found = validate_dynamic("machine", Wrong(), engine_named("mujoco"), "stock", plan).with_verdict(plan.tolerance)

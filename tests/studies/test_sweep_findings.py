@@ -21,7 +21,7 @@ from conrod.studies.sweep.study import observed_orders
 STEPS = (100, 200, 400, 800)
 
 
-def test_a_front_has_the_completed_and_timed_points_of_an_engine_that_nothing_beats() -> None:
+def test_front_has_unbeaten_points_that_completed_and_are_timed() -> None:
     study = handmade_sweep()
     assert {p.outcome for p in study.points} == {"completed", "opened"}
     for engine in (None, "mujoco", "pymunk"):
@@ -45,13 +45,13 @@ def test_a_front_has_the_completed_and_timed_points_of_an_engine_that_nothing_be
         assert made in replace(study, points=others).front("position")
 
 
-def test_of_points_with_the_same_cost_and_error_a_front_has_the_first() -> None:
+def test_front_has_the_first_of_points_with_equal_cost_and_error() -> None:
     costs = [(3.0, 1.0), (1.0, 4.0), (2.0, 2.0), (2.0, 3.0), (2.0, 2.0), (4.0, 1.0), (1.0, 5.0), (5.0, 0.5)]
     front = pareto_front(enumerate(costs), lambda item: item[1])
     assert front == ((1, (1.0, 4.0)), (2, (2.0, 2.0)), (0, (3.0, 1.0)), (7, (5.0, 0.5)))
 
 
-def test_a_point_that_did_not_complete_has_no_error_and_the_points_of_a_rule_run_by_steps() -> None:
+def test_failed_point_has_no_error_and_rule_points_go_by_steps() -> None:
     study = handmade_sweep()
     same_name = tuple(replace(p, engine="newcomer") for p in study.points)
     study = replace(study, points=(*reversed(study.points), *same_name))
@@ -77,7 +77,7 @@ def test_a_point_that_did_not_complete_has_no_error_and_the_points_of_a_rule_run
         ([1e-2, 1e-4, 1e-4 * 2.0**0.099, 1e-4], None, 1e-4),  # up to a tenth of an order
     ],
 )
-def test_an_error_whose_last_two_pairs_have_no_order_is_a_plateau(
+def test_error_is_a_plateau_when_last_two_pairs_have_no_order(
     errors: list[float], claimed: float | None, plateau: float | None
 ) -> None:
     found = observed_order(STEPS[: len(errors)], errors)
@@ -92,7 +92,7 @@ EVERY = [(scene, engine) for scene in SCENES for engine in ENGINES]
 
 
 @pytest.mark.parametrize(("scene", "engine"), EVERY)
-def test_a_grid_has_every_preset_that_applies_and_no_settings_or_names_twice(scene: str, engine: str) -> None:
+def test_grid_has_every_fit_preset_and_no_duplicate(scene: str, engine: str) -> None:
     machine, used = SCENES[scene], engine_named(engine)
     applying = {n for n, preset in used.presets.items() if used.refusal(machine, preset(machine, 1000)) is None}
     for grid in ENGINE_GRIDS:
@@ -106,7 +106,7 @@ def test_a_grid_has_every_preset_that_applies_and_no_settings_or_names_twice(sce
 
 @pytest.mark.parametrize("grid", ENGINE_GRIDS)
 @pytest.mark.parametrize("contact", [False, True])
-def test_steps_run_from_20_to_20000_and_share_the_angles_of_signed_errors(grid: Grid, contact: bool) -> None:
+def test_steps_go_from_20_to_20000_and_share_signed_error_angles(grid: Grid, contact: bool) -> None:
     steps = step_counts(grid, contact=contact)
     assert steps[0] == 20
     assert 20000 in steps
@@ -133,7 +133,7 @@ def lines(steps: int) -> str:
     )
 
 
-def test_lines_are_one_text_where_numbers_go_with_the_step_or_its_square() -> None:
+def test_lines_share_a_text_when_numbers_scale_with_the_step() -> None:
     shared = paste_template({n: lines(n) for n in (500, 20, 2500)})
     text = 'site1 v2.5 solimp="0.9 {0.12/n1}" bias = {-3/n2}, {50/n2}\ntolerance = 0'
     assert shared == {"n": text}
@@ -162,7 +162,7 @@ def test_lines_that_differ_by_rounding_alone_are_one_text() -> None:
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
-def test_a_rule_of_a_grid_has_one_text_and_a_point_the_lines_at_its_steps(engine: str) -> None:
+def test_grid_rule_has_one_text_and_point_the_lines_at_its_steps(engine: str) -> None:
     used, study = engine_named(engine), handmade_sweep()
     known = {rule.name: {n: used.paste(SAW, rule.settings(SAW, n)) for n in STEPS} for rule in used.grid(SAW, "coarse")}
     assert {tuple(paste_template(pastes)) for pastes in known.values()} == {("n",)}

@@ -36,7 +36,7 @@ def validated(engine: Any, preset: str, scene: Any = SAW, turns: float = 1.0) ->
     [(0.0, 0, 0.0), (WRONG, 0, WRONG * 2.0 * np.pi), (-WRONG, 0, WRONG * 2.0 * np.pi), (0.0, 1, 2.0 * np.pi / STEPS)],
     ids=["right", "long steps", "short steps", "stamps a step late"],
 )
-def test_an_engine_passes_by_its_own_law_and_fails_by_its_clock_alone(step_error: float, late: int, off: float) -> None:
+def test_engine_passes_by_its_law_and_fails_by_its_clock_alone(step_error: float, late: int, off: float) -> None:
     found = validated(LawfulEngine(step_error, late), "sharp")
     assert found.completed
     assert found.passed is (off == 0.0)
@@ -90,9 +90,7 @@ def later(at: Any, by: float) -> Any:
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-def test_an_engine_that_ships_fails_with_a_wrong_clock_and_passes_with_its_own(
-    fault: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_real_engine_fails_with_a_wrong_clock_only(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
     engine, (module, name, wrong) = engine_named(fault.split(",", maxsplit=1)[0]), FAULTS[fault]
     assert validated(engine, "tuned").passed
     monkeypatch.setattr(module, name, wrong(getattr(module, name)))

@@ -88,7 +88,7 @@ def planted(runs: dict[str, Measurement | str]) -> VersionStudy:
     return versions_study(MUJOCO, list(runs), release_cases({"saw": SAW}, MUJOCO), perform)
 
 
-def test_a_study_names_the_release_of_a_change_and_goes_on_where_one_cannot_be_had() -> None:
+def test_study_names_release_of_a_change_and_skips_missing_ones() -> None:
     moved = measured(0.4, bodies_position="x", C_acceleration="y")
     study = planted({"3.5.0": SAME, "3.6.0": SAME, "3.6.5": "no wheel", "3.7.0": moved, "3.7.1": moved, "4.1.0": SAME})
     assert study.measured == ("3.5.0", "3.6.0", "3.7.0", "3.7.1", "4.1.0")
@@ -128,7 +128,7 @@ def test_known_releases_are_in_order_and_facts_are_of_them(engine: str) -> None:
             made.releases.select_versions(wrong)
 
 
-def test_a_model_for_releases_without_equalities_of_sites_holds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_model_without_site_equalities_has_the_same_constraint(monkeypatch: pytest.MonkeyPatch) -> None:
     scene: Any = scene_named("six-bar")
     settings = MuJoCoSettings.tuned(scene, 100)
     usual = build(scene, settings).model
@@ -173,9 +173,7 @@ def installing(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
 HERE = f'exec {getattr(sys, "_base_executable", sys.executable)} "$@"'  # which has no packages of its own
 
 
-def test_an_environment_is_made_once_and_for_its_requirements_alone(
-    cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_environment_is_made_once_for_its_requirements_alone(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     installing(monkeypatch, HERE)
     requirement = MUJOCO.releases.requirement(MUJOCO.version)
     first = release_interpreter("mujoco", requirement, MUJOCO.version)

@@ -70,7 +70,7 @@ def ended(outcome: Outcome, first: int) -> Callable[[int, Piece], Piece]:
     return lambda k, piece: piece if k < first else replace(piece, trajectory=replace(piece.trajectory, **judged))
 
 
-def test_a_run_ends_where_nothing_is_left_of_the_machine_and_two_revolutions_after_it_came_apart(
+def test_run_ends_when_exploded_or_two_turns_after_opening(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     planted = LimitCase("a machine", SAW, PymunkSettings.tuned(SAW, LINKAGE_STEPS), 10.0)
@@ -133,7 +133,7 @@ def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, mo
 
 @pytest.mark.parametrize("gravity", [True, False])
 @pytest.mark.parametrize("name", ["saw-500rpm", "shear-press"])
-def test_a_hardened_drive_gives_the_exact_torque_which_is_the_drivers_reaction(name: str, gravity: bool) -> None:
+def test_hardened_drive_gives_exact_torque_as_drivers_reaction(name: str, gravity: bool) -> None:
     scene: Any = SCENES[name]
     exact, angle = ExactTorque(scene.kinematics, scene.speed, gravity=gravity), np.linspace(0.0, 2.0 * math.pi, 720)
     told = steady_joint_forces(scene.kinematics, angle, scene.speed).drive_torque
