@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from synthetic import completed
 
-from conrod.cli.options import RunOptions
 from conrod.engines import engine_named
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import build, compile_mjcf
@@ -25,7 +24,7 @@ from conrod.exact.motion import QUANTITIES
 from conrod.execution import releases
 from conrod.execution.case import Measurement
 from conrod.execution.releases import VersionCase, interpreter_path, release_interpreter
-from conrod.execution.runner import Runner
+from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.versions.report import VERSIONS_REPORT
@@ -219,7 +218,7 @@ def test_two_real_releases_differ_where_mujoco_says_so(cache: Path, monkeypatch:
         pytest.skip(f"MuJoCo cannot be installed here: {error}")
     planned = release_cases({"saw": SAW}, MUJOCO)
     cases = {key: case for key, case in planned.items() if key[1] in ("tuned", "hardened")}
-    with Runner.open(RunOptions(ledger=str(cache / "ledger.sqlite"), jobs=2)) as runner:
+    with Runner.open(Runs(ledger=cache / "ledger.sqlite", jobs=2)) as runner:
         study = versions_study(MUJOCO, ["3.6.0", "3.7.0"], cases, runner.run_in_release)
         # All is in the ledger now: nothing is installed for it, nothing runs.
         monkeypatch.setenv("XDG_CACHE_HOME", str(cache / "other"))
