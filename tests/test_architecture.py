@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import conrod
+from conrod.slices import SLICES
 
 ROOT = Path(conrod.__file__).parent
 MODULES = {
@@ -20,6 +21,11 @@ MODULES = {
 }
 
 VERBS = [module.removeprefix("conrod.") for module in MODULES if module.endswith(".verb")]
+# Modules of slices that draw.
+DRAWINGS = (
+    "models.tables.charts", "studies.free_motion.charts", "studies.limits.charts", "studies.limits.map_figure",
+    "studies.limits.report", "studies.sweep.report", "studies.validation.charts", "studies.versions.report",
+)  # fmt: skip
 
 # The floors of the house, the lowest first: a room imports from its own floor and from those below (docs/design.md).
 FLOORS = (
@@ -46,12 +52,22 @@ FORBIDDEN = [
 
 # Who alone may import a library, or the command line.
 ALONE = {
-    "mujoco": ("engines.mujoco", "engines.mjx", "mjcf", "models", "user_files.in_memory"),
+    "mujoco": (
+        "engines.mujoco",
+        "engines.mjx",
+        "mjcf",
+        "models.check",
+        "models.harden",
+        "models.invariances",
+        "models.lint",
+        "models.loops",
+        "user_files.in_memory",
+    ),
     "pymunk": ("engines.pymunk",),
     "exudyn": ("engines.exudyn",),
     "jax": ("engines.mjx",),
     "Box2D": ("engines.box2d",),
-    "matplotlib": ("report", "studies", "models"),
+    "matplotlib": ("report", *DRAWINGS),
     "distributed": ("execution.cluster",),
     "click": ("cli", *VERBS),
     "rich": ("cli", "report.terminal", "models.lint.verb"),
@@ -190,6 +206,21 @@ def test_studies_reach_an_engine_by_the_table_alone(engine: str) -> None:
     assert not {module: names for module, names in ways.items() if names}
     # Negative control: the walk does follow imports of imports.
     assert {n for n in reachable_modules(f"{package}.engine") - GRAPH[f"{package}.engine"] if within(n, package)}
+
+
+def engines_reached(start: str) -> set[str]:
+    """Modules of MuJoCo's and pymunk's packages, and these libraries, that a module imports by whatever way."""
+    libraries = ("mujoco", "pymunk", "conrod.engines.mujoco", "conrod.engines.pymunk")
+    names = set[str]().union(*(GRAPH[module] for module in {start, *reachable_modules(start)}))
+    return {name for name in names if any(within(name, library) for library in libraries)}
+
+
+@pytest.mark.parametrize("place", [place for one in SLICES for place in sorted({*one.reports.values()})])
+def test_saved_findings_are_rendered_without_an_engine(place: str) -> None:
+    (report,) = {f"{one.package}.{place.rpartition('.')[0]}" for one in SLICES if place in one.reports.values()}
+    assert engines_reached(report) == set()
+    # Negative control: what runs models does reach one.
+    assert engines_reached("conrod.models.check.study")
 
 
 def test_the_walk_sees_every_kind_of_import(tmp_path: Path) -> None:
