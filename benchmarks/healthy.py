@@ -12,7 +12,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
-from conrod.execution.result import EngineCase, Plan
+from conrod.execution.result import JudgedCase, Plan
 from conrod.scenes import Scene
 from conrod.studies.validation.dynamic_mode import empty_result, prepare_run
 from conrod.studies.validation.results import ValidationResult
@@ -23,13 +23,11 @@ TRIES = 100
 
 
 @dataclass(frozen=True)
-class VariantCase(EngineCase[ValidationResult]):
+class VariantCase(JudgedCase[ValidationResult]):
     """One turn of a healthy machine, or its one pass, judged as `conrod validate` does."""
 
     study: ClassVar[str] = "variant"
-    kind: ClassVar[type[Any]] = ValidationResult
-    quantities: ClassVar[tuple[str, ...]] = ()
-    version: ClassVar[int] = 4  # since a flywheel's law counts all bodies that turn
+    result_type: ClassVar[type[Any]] = ValidationResult
 
     plan: Plan
     start_angle: float
@@ -40,11 +38,11 @@ class VariantCase(EngineCase[ValidationResult]):
     def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:
         return replace(self.empty_result(), outcome=outcome.slug, reason=reason, passed=False)
 
-    def key_fields(self) -> dict[str, Any]:
+    def run_fields(self) -> dict[str, Any]:
         settings = self.loaded_engine.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "start_angle": self.start_angle}
 
-    def run(self) -> ValidationResult:
+    def perform(self) -> ValidationResult:
         result, settings, start = prepare_run(
             self.name, self.scene, self.loaded_engine, str(self.preset), self.plan, self.start_angle
         )

@@ -13,11 +13,11 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.execution.case import Case, Measurement
+from conrod.execution.case import Case
 from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import LocalProcesses
-from conrod.execution.run import RunCase, measure
+from conrod.execution.run import RunCase, RunResult, measure
 
 SAW = Saw(speed=52.36)
 RUNS, BATCH = 100_000, 1000
@@ -51,7 +51,7 @@ def some_cells(count: int) -> list[RunCase]:
     return [RunCase("saw-500rpm", SAW, replace(base, iterations=k + 1), revolutions=1.0) for k in range(count)]
 
 
-def _keep(ledger: Ledger, cells: Sequence[RunCase], shown: Measurement) -> None:
+def _keep(ledger: Ledger, cells: Sequence[RunCase], shown: RunResult) -> None:
     for cell in cells:
         ledger.keep(cell, shown)
 

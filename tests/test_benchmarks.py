@@ -13,8 +13,8 @@ from benchmarks.side_by_side import against, interleaved
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import build
 from conrod.engines.pymunk.stepping import advance
-from conrod.execution.case import Measurement
 from conrod.execution.ledger import Ledger
+from conrod.execution.run import RunResult
 
 STEPS = 300
 
@@ -63,7 +63,7 @@ def test_a_resume_is_timed_only_where_no_run_was_lost(tmp_path: Path) -> None:
     assert len({cell.key for cell in cells}) == 20
     with Ledger.open(path) as ledger:
         for cell in cells[1:]:
-            ledger.keep(cell, Measurement("completed"))
+            ledger.keep(cell, RunResult("completed"))
     assert min(ledger_cost.time_to_resume(path, cells[1:])) > 0.0
     with pytest.raises(AssertionError, match="1 runs were lost"):
         ledger_cost.time_to_resume(path, cells)

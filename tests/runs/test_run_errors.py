@@ -13,7 +13,7 @@ import pytest
 from catalogue import CAM, SAW
 
 from conrod import MuJoCoSettings, PymunkSettings, compare
-from conrod.comparison.compare import COMPARED_QUANTITIES, Stretch, size_of
+from conrod.comparison.compare import COMPARED_QUANTITIES, ComparedPiece, size_of
 from conrod.comparison.plain_values import plain_values
 from conrod.comparison.run_errors import (
     DrawnCurve,
@@ -68,7 +68,7 @@ def test_running_size_covers_run_that_ends_early() -> None:
 def test_point_sizes_worst_equals_that_of_comparison() -> None:
     sizes, whole = PointSizes(), run_in_one_piece(engine_named("pymunk"), SAW, RUNS["pymunk"].settings, 0.5)
     assert sizes.worst("position") is None
-    sizes.add(Stretch(whole, SAW))
+    sizes.add(ComparedPiece(whole, SAW))
     assert [sizes.worst(quantity) for quantity in COMPARED_QUANTITIES] == [
         compare(whole, SAW).worst(q) for q in COMPARED_QUANTITIES
     ]

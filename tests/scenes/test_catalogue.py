@@ -103,7 +103,7 @@ def test_wheel_contains_mechanism_files(tmp_path: Path) -> None:
 
 def check_met(name: str, engine: str, presets: tuple[str, ...], plan: Plan) -> None:
     for case in next(validation_study({name: catalogue_scene(name)}, [engine_named(engine)], {engine: presets}, plan)):
-        result = case.run()
+        result = case.perform()
         assert result.passed is not False, (name, engine, case.preset, result.reason, result.out_of_tolerance())
         assert result.outcome != "unsupported" or result.reason
 

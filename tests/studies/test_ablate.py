@@ -9,16 +9,15 @@ from typing import Any
 import pytest
 from cell_tasks import pursued
 
-from conrod import MuJoCoSettings
+from conrod import InvalidInput, MuJoCoSettings
 from conrod.comparison.plain_values import plain_values
 from conrod.engines import engine_named
 from conrod.engines.engine import with_fields
 from conrod.engines.mujoco import HARDENING_FACTOR, STIFF_SOLIMP
 from conrod.engines.mujoco.engine import MuJoCo
 from conrod.engines.variants import Ingredient, Quantity
-from conrod.execution.case import Measurement
 from conrod.execution.paired_timing import PairedTiming
-from conrod.execution.run import RunCase, measure
+from conrod.execution.run import RunCase, RunResult, measure
 from conrod.execution.timing import machine_fingerprint
 from conrod.scenes import SCENES
 from conrod.studies.ablate import study as ablation
@@ -36,7 +35,7 @@ from conrod.studies.ablate.findings import (
     ingredient_verdict,
     reference_errors,
 )
-from conrod.studies.ablate.study import CostCase, ablate_engine, ablation_study, motion_change
+from conrod.studies.ablate.study import CostCase, CostResult, ablate_engine, ablation_study, motion_change
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11
@@ -114,12 +113,12 @@ PLANTED = (
 )
 
 
-def answer(case: RunCase) -> Measurement:
+def answer(case: RunCase) -> RunResult:
     """A run in the engine; a timing that no clock took: more iterations cost a third, all else nothing."""
     if not isinstance(case, CostCase):
         return measure(case)
     dear = [settings.iterations > 100 for settings in (case.settings, case.against)]
-    return Measurement("completed", payload={"paired": plain_values(timing(1.3 ** (dear[0] - dear[1])))})
+    return CostResult(timing=timing(1.3 ** (dear[0] - dear[1])))
 
 
 def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +126,7 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
     monkeypatch.setattr(MuJoCo, "minimal_settings", lambda self, machine, steps: base(machine, steps))
     cases: list[RunCase] = []
 
-    def noting(case: RunCase) -> Measurement:
+    def noting(case: RunCase) -> RunResult:
         cases.append(case)
         return answer(case)
 
@@ -164,7 +163,7 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
 
 def test_motion_change_needs_two_runs_that_completed() -> None:
     one, other = (
-        Measurement("completed", signed={"C": dict.fromkeys(("position", "velocity", "acceleration"), values)})
+        RunResult("completed", signed={"C": dict.fromkeys(("position", "velocity", "acceleration"), values)})
         for values in ([[0.0, 0.0], [3.0, 4.0]], [[0.0, 1.0], [0.0, 0.0]])
     )
     assert (
@@ -173,7 +172,7 @@ def test_motion_change_needs_two_runs_that_completed() -> None:
         == motion_change(other, one)
     )
     assert motion_change(one, one) == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
-    assert motion_change(one, Measurement("opened")) is None
+    assert motion_change(one, RunResult("opened")) is None
 
 
 def test_timing_has_a_key_of_both_models_machine_and_rounds() -> None:
@@ -181,19 +180,19 @@ def test_timing_has_a_key_of_both_models_machine_and_rounds() -> None:
     others = ({"against": replace(cost.against, gravity=True)}, {"machine": "b"}, {"rounds": 3})
     keys = {replace(cost, **change).key for change in others}
     assert len(keys | {cost.key, RunCase(SCENE, SAW, cost.settings).key}) == 5
-    # What a timing is kept by does not change: else all that were kept would be lost.
-    identity = cost._identity(None)
-    assert {name: identity[name] for name in ("cost", "machine", "rounds")} == {"cost": 1, "machine": "a", "rounds": 2}
+    identity = cost.identity()
+    assert [identity[name] for name in ("study", "machine", "rounds")] == ["ablate", "a", 2]
     assert identity["against"] == {k: v for k, v in cost.against.as_dict().items() if k != "preset"}
 
 
 @pytest.mark.parametrize(
-    ("payload", "readable"),
-    [({"paired": plain_values(timing(1.5))}, True), (None, True), ({"paired": {"ratio": 1.0}}, False), ({}, False)],
+    "kept", [CostResult(timing=timing(1.5)), CostResult("crashed", "signal 11")], ids=["timed", "crashed"]
 )
-def test_a_kept_timing_is_read_only_whole(payload: Any, readable: bool) -> None:
+def test_a_kept_timing_is_read_only_whole(kept: CostResult) -> None:
     cost = CostCase(SCENE, SAW, base(SAW, STEPS), against=base(SAW, STEPS), machine="a", rounds=2)
-    assert cost.can_read(Measurement("completed", payload=payload)) is readable
+    assert cost.restore_result(plain_values(kept)) == kept
+    with pytest.raises(InvalidInput, match="timing"):
+        cost.restore_result(plain_values(kept) | {"timing": {"ratio": 1.0}})
 
 
 def test_a_study_has_the_facts_of_its_scene() -> None:
@@ -336,5 +335,5 @@ def test_a_cost_is_timed_of_both_settings_in_rounds(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(ablation, "time_settings_pair", time_pair)
     settings, against = base(SAW, STEPS), base(SAW, 2 * STEPS)
     found = CostCase(SCENE, SAW, settings, against=against, machine="a", rounds=7).perform()
-    assert found == Measurement("completed", payload={"paired": plain_values(timing(1.5))})
+    assert found == CostResult(timing=timing(1.5))
     assert asked == [((engine_named("mujoco"), SAW, settings, against), {"rounds": 7})]

@@ -34,7 +34,7 @@ MASS = {"mass"}
 def qualified(tolerance: float | None = None) -> Any:
     asked = None if tolerance is None else {"position": tolerance}
     # Forces of tuned MuJoCo are not judged, which saves their run.
-    return QualificationCase("saw", SAW, "mujoco", "tuned", replace(CHEAP, tolerance=asked)).run().qualified
+    return QualificationCase("saw", SAW, "mujoco", "tuned", replace(CHEAP, tolerance=asked)).perform().qualified
 
 
 @pytest.mark.parametrize("threshold", [3.7e-9, 0.9])
@@ -68,7 +68,7 @@ def test_a_blind_judge_is_told() -> None:
 
 @pytest.mark.slow
 def test_forces_show_the_masses_that_the_motion_does_not() -> None:
-    found = QualificationCase("saw", SAW, "mujoco", "hardened", Plan(1000, 1.0)).run().qualified
+    found = QualificationCase("saw", SAW, "mujoco", "hardened", Plan(1000, 1.0)).perform().qualified
     assert {one.defect for one in found.forces if one.by} == MASS
     for one in found.forces:
         assert one.smallest < one.size
@@ -94,7 +94,7 @@ def test_healthy_variant_passes_and_fails_with_a_wrong_step(number: int, monkeyp
     assert (made, steps, start) == variant(SAW, number)
     assert made.parameters["rod"] != SAW.parameters["rod"]
     case = VariantCase("saw", made, "mujoco", "hardened", Plan(steps, 1.0), start)
-    assert case.run().passed is True
+    assert case.perform().passed is True
     right = dynamics.build
 
     def build(*given: Any) -> Any:
@@ -103,13 +103,13 @@ def test_healthy_variant_passes_and_fails_with_a_wrong_step(number: int, monkeyp
         return wrong
 
     monkeypatch.setattr(dynamics, "build", build)
-    assert case.run().passed is False
+    assert case.perform().passed is False
 
 
 def test_flywheel_rate_varies_with_all_bodies_that_turn() -> None:
     """Near an end of this rocker's pass its coupler turns fast, and the crank's rate is off by 8e-14."""
     made, steps, start = variant(scene_named("double-rocker"), 14)
-    found = VariantCase("double-rocker", made, "mujoco", "tuned", Plan(steps, 1.0), start).run()
+    found = VariantCase("double-rocker", made, "mujoco", "tuned", Plan(steps, 1.0), start).perform()
     assert found.passed is True
     begun_at = run_extent(made, steps, 1.0)[0]
     points_alone = exchanged_inertia(made) / MuJoCoSettings.tuned(made, steps).armature

@@ -10,7 +10,7 @@ import pytest
 from catalogue import SAW
 from cell_tasks import pursued
 
-from conrod.execution.case import Measurement
+from conrod.execution.run import RunResult
 from conrod.scenes import SCENES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import (
@@ -47,21 +47,21 @@ CALLS: list[str] = []
 PROCESS = "CONROD_TEST_PROCESS"
 
 
-def off_by_a_bit(cell: LimitCase) -> Measurement:
+def off_by_a_bit(cell: LimitCase) -> RunResult:
     return stream_run(replace(cell, start_angle=math.nextafter(cell.start_angle, 1.0)))
 
 
-def other_the_second_time(cell: LimitCase) -> Measurement:
+def other_the_second_time(cell: LimitCase) -> RunResult:
     CALLS.append(cell.name)
     return off_by_a_bit(cell) if len(CALLS) == 2 else stream_run(cell)
 
 
-def other_after_another_machine(cell: LimitCase) -> Measurement:
+def other_after_another_machine(cell: LimitCase) -> RunResult:
     CALLS.append(cell.name)
     return off_by_a_bit(cell) if "another" in CALLS else stream_run(cell)
 
 
-def other_in_another_process(cell: LimitCase) -> Measurement:
+def other_in_another_process(cell: LimitCase) -> RunResult:
     return stream_run(cell) if os.environ[PROCESS] == str(os.getpid()) else off_by_a_bit(cell)
 
 

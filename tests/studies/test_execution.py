@@ -20,11 +20,10 @@ from cell_tasks import AGAIN, After, Here
 
 from conrod import InvalidInput
 from conrod.comparison.trajectory import Outcome
-from conrod.execution.case import Measurement
 from conrod.execution.dispatch import POLL_INTERVAL, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, LocalProcesses, call_isolated, call_on_file
-from conrod.execution.run import RunCase
+from conrod.execution.run import RunCase, RunResult
 from conrod.execution.worker_process import CallLimits, WorkerProcess
 
 CELLS = tasks.cells(30)
@@ -37,7 +36,7 @@ def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
     assert [int(m.reason) for m in table.values()] == [0, 1, 2, 3]
     again = Here()
     more = run_cases(tasks.assigned(CELLS[:5], tasks.echo), ledger, again)
-    assert more == table | ledger.measurements([CELLS[4].key])
+    assert more == table | ledger.results({CELLS[4].key: CELLS[4]})
     assert again.ran == [4]
 
 
@@ -45,7 +44,7 @@ def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
 def test_cell_stopped_at_a_limit_runs_again_when_limit_grows(
     ledger: Ledger, error: type[Exception], outcome: str
 ) -> None:
-    def stopped(cell: RunCase) -> Measurement:
+    def stopped(cell: RunCase) -> RunResult:
         raise error("no result after 3 s")
 
     def again(timeout: float | None, memory: int | None) -> list[int]:
@@ -92,7 +91,7 @@ def test_workers_are_used_again_until_one_dies(ledger: Ledger, monkeypatch: pyte
 def test_invalid_cell_raises_and_finished_cells_are_kept(ledger: Ledger) -> None:
     with LocalProcesses(2) as executor, pytest.raises(InvalidInput, match="cannot be run"):
         run_cases(tasks.assigned(CELLS, tasks.refuse), ledger, executor)
-    kept = ledger.measurements(cell.key for cell in CELLS)
+    kept = ledger.results({cell.key: cell for cell in CELLS})
     assert all(m.outcome == "completed" for m in kept.values())
     assert CELLS[tasks.CRASHES].key not in kept
 
@@ -118,7 +117,7 @@ def test_interrupt_keeps_finished_cells_for_the_next_call(ledger: Ledger) -> Non
     watcher = After(5, interrupt)
     with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
         run_cases(tasks.assigned(CELLS, tasks.echo), ledger, executor, watcher=watcher)
-    kept = ledger.measurements(cell.key for cell in CELLS)
+    kept = ledger.results({cell.key: cell for cell in CELLS})
     assert {tasks.number(c) for c in CELLS if c.key in kept} == set(watcher.seen)
     assert 5 <= len(kept) < 30
     rest = Here()

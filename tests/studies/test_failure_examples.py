@@ -17,7 +17,7 @@ from conrod.engines.run import run
 from conrod.execution.local import call_isolated
 from conrod.scenes import SCENES, CamFollower, Scene, ShearPress
 from conrod.studies.limits.case import LimitCase
-from conrod.studies.limits.records import Extremes, is_undetected
+from conrod.studies.limits.records import is_undetected
 
 
 @dataclass(frozen=True)
@@ -161,9 +161,7 @@ def test_without_what_was_done_to_it_the_same_run_completes(key: str) -> None:
 
 def test_silent_reset_is_recognised_with_all_numbers_finite() -> None:
     # Negative control: with autoreset off the same run, which has diverged, shows numbers that are none.
-    found = {
-        e.outcome: Extremes.from_measurement(e.end()).finite for e in EXAMPLES if e.changes.items() >= HASTY.items()
-    }
+    found = {e.outcome: e.end().finite for e in EXAMPLES if e.changes.items() >= HASTY.items()}
     assert found == {Outcome.RESET: True, Outcome.DIVERGED: False}
 
 

@@ -11,15 +11,14 @@ import pytest
 from cell_tasks import pursued
 
 from conrod import MuJoCoSettings, PymunkSettings
-from conrod.comparison.plain_values import plain_values
 from conrod.exact.motion import Array
-from conrod.execution.case import Measurement
+from conrod.execution.run import RunResult
 from conrod.report.table import ColouredCell
 from conrod.scenes import CamFollower
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.follower_float import ONSET_STEPS, ONSET_TOLERANCE, FollowerFloat, onset_search
 from conrod.studies.limits.recorders import FLIGHT_DEPTH_RATIO, FlightRecorder
-from conrod.studies.limits.records import Extremes, Flight
+from conrod.studies.limits.records import Flight, LimitResult
 from conrod.studies.limits.tables import onset_table
 
 CAM = CamFollower()
@@ -37,10 +36,10 @@ def found_with(force: float = 1.0) -> FollowerFloat:
     The force that really acts is so much of the one that is meant.
     """
 
-    def flown(cell: LimitCase) -> Measurement:
+    def flown(cell: LimitCase) -> RunResult:
         length = 0.1 * max(1.0 - force * cell.scene.preload, 0.0) + 6.0 / cell.settings.steps_per_revolution
         flights = (Flight(1.0, 1.0 + length),)
-        return Measurement("completed", extremes=plain_values(Extremes(1, True, {}, None, PENETRATION, flights, "")))
+        return LimitResult(samples=1, penetration=PENETRATION, flights=flights)
 
     return pursued(onset_search(case()), flown)
 
@@ -62,11 +61,11 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
 # -- real engines ------------------------------------------------------------------------------------------------------
 
 
-def run_at(speed: float, engine: str, force: float = 1.0) -> Extremes:
+def run_at(speed: float, engine: str, force: float = 1.0) -> LimitResult:
     """A run at a speed over the float speed, at 20000 steps a revolution."""
     scene = CAM.with_parameters(speed=speed * 5.0, preload=force / speed**2)
     cell = LimitCase("cam-follower", scene, case(engine).settings(scene, ONSET_STEPS[0]), 0.65)
-    return Extremes.from_measurement(cell.perform())
+    return cell.perform()
 
 
 @pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
@@ -120,13 +119,13 @@ def test_longest_flight_is_found_across_borders_of_pieces(length: int) -> None:
 
 @pytest.mark.parametrize("settings", [MuJoCoSettings.tuned, PymunkSettings.tuned], ids=["mujoco", "pymunk"])
 def test_a_follower_that_lost_its_cam_is_followed_until_it_lands(settings: Any) -> None:
-    def run(scene: CamFollower) -> Measurement:
+    def run(scene: CamFollower) -> RunResult:
         made = replace(settings(scene, 1000), cam_vertices=400)  # a cam of few facets is made sooner
         return LimitCase("cam-follower", scene, made, 1.0).perform()
 
     lost = run(CamFollower(preload=0.3))
     assert (lost.outcome, lost.errors) == ("lost-contact", None)
-    seen, held = Extremes.from_measurement(lost), Extremes.from_measurement(run(CAM))
+    seen, held = lost, run(CAM)
     assert seen.samples == held.samples == 1001
     assert 0.0 < seen.penetration < 1e-3
     assert seen.flights[0].length > 1.5

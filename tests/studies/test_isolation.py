@@ -17,8 +17,8 @@ from own_model_edits import HACKSAW
 from table_files import csv_text, exact_table
 
 from conrod import InvalidInput, PymunkSettings, Saw, run
-from conrod.execution.case import Measurement
 from conrod.execution.local import LocalProcesses, call_isolated
+from conrod.execution.run import RunResult
 from conrod.execution.worker_process import WorkerDied
 from conrod.scenes import SCENES
 
@@ -51,7 +51,7 @@ def test_engine_without_memory_is_out_of_memory_for_any_message(megabytes: int) 
 @pytest.mark.parametrize(
     ("task", "kind"), [(planted.mistake_with_little, ZeroDivisionError), (planted.wrong_value, ValueError)]
 )
-def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], Measurement], kind: type[Exception]) -> None:
+def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], RunResult], kind: type[Exception]) -> None:
     with LocalProcesses(1, memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
         executor.submit(task, 16).result()
 

@@ -12,14 +12,16 @@ import pytest
 from planted_engine import LawfulEngine
 from synthetic import other_branch
 
+from conrod import InvalidInput
+from conrod.comparison.plain_values import plain_values
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.case import Measurement, identity_digest, pursue
+from conrod.execution.case import CACHE_VERSION, identity_digest, pursue
 from conrod.execution.result import AS_ASKED, Plan, presets_study, refinement_path, run_refinement_path
-from conrod.execution.run import RunCase
+from conrod.execution.run import RunCase, RunResult
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
@@ -70,7 +72,7 @@ def test_nan_error_fails_beside_a_smaller_error() -> None:
         errors=dict(zip("ab", sizes, strict=True)), tolerance={"position": ALLOWED},
     )  # fmt: skip
     assert [one.with_verdict().passed for one in (forces, motion)] == [False, False]
-    kept = Measurement("completed", errors={n: {"position": s} for n, s in zip("ab", sizes, strict=True)})
+    kept = RunResult("completed", errors={n: {"position": s} for n, s in zip("ab", sizes, strict=True)})
     assert math.isnan(kept.largest("position") or 0.0)
 
 
@@ -150,7 +152,7 @@ def forces(preset: str, tolerance: dict[str, float] | None = None) -> ForceCase:
     ],
 )  # fmt: skip
 def test_crashed_run_fails_when_it_was_to_be_judged(case: Any, passed: bool | None) -> None:
-    found = case.failed_result(Outcome.CRASHED, "signal 11")
+    found = case.requested_result(case.failed_result(Outcome.CRASHED, "signal 11"))
     assert (found.scene, found.outcome, found.reason, found.passed) == ("saw", "crashed", "signal 11", passed)
     assert case.effort == 100
 
@@ -165,7 +167,7 @@ def test_study_asks_each_case_once_and_groups_results_by_scene() -> None:
     assert {(c.name, c.scene) for c in cases} == set(scenes.items())
     assert all(c.plan is plan for c in cases)
     with pytest.raises(StopIteration) as end:
-        study.send({c.key: Measurement("crashed", f"{c.name} {c.engine} {c.preset}") for c in cases})
+        study.send({c.key: c.failed_result(Outcome.CRASHED, f"{c.name} {c.engine} {c.preset}") for c in cases})
     for found, name in zip(end.value.value, scenes, strict=True):
         assert (found.name, found.scene) == (name, scenes[name])
         assert [one.reason for one in found.results] == [f"{name} {engine} {preset}" for engine, preset in each]
@@ -260,7 +262,7 @@ def test_an_identity_names_all_that_determines_a_validation() -> None:
     others = [replace(case, preset=one) for one in ("hardened", None)] + [replace(case, plan=Plan(100, 2.0))]
     assert len({one.key for one in (case, *others)}) == 1 + len(others)
     assert case.identity() == {
-        "result_version": 1, "study": "validate", "study_version": 8, "scene": "saw", "parameters": SAW.parameters,
+        "cache_version": CACHE_VERSION, "study": "validate", "scene": "saw", "parameters": SAW.parameters,
         "engine": "mujoco", "engine_version": engine_named("mujoco").version, "preset": "tuned",
         "settings": SETTINGS.as_dict(), "refined": [tuned(n).as_dict() for n in (12, 25, 50, 100)],
         "revolutions": 1.0, "start_angle": 0.0,
@@ -271,8 +273,8 @@ def test_an_identity_names_all_that_determines_a_run() -> None:
     settings = tuned(50)
     case = RunCase("mine", SAW, settings, 3.0, 0.5, 8)
     assert case.identity() == {
-        "result_version": 1, "scene": "saw", "parameters": SAW.parameters, "engine": "mujoco",
-        "engine_version": engine_named("mujoco").version,
+        "cache_version": CACHE_VERSION, "study": "sweep", "scene": "saw", "parameters": SAW.parameters,
+        "engine": "mujoco", "engine_version": engine_named("mujoco").version,
         "settings": {name: value for name, value in settings.as_dict().items() if name != "preset"},
         "revolutions": 3.0, "start_angle": 0.5, "signed_angles": 8,
     }  # fmt: skip
@@ -291,36 +293,42 @@ def tuned(steps: int) -> Any:
 KEPT = ValidationCase("saw", SAW, "pymunk", "tuned", Plan(40, 1.0))
 
 
-def test_measurement_has_the_whole_result_and_largest_errors() -> None:
-    measurement = KEPT.perform()
-    found = KEPT.result(measurement)
-    assert replace(found, curves=None, poses=None) == replace(KEPT.run(), curves=None, poses=None)
-    assert measurement.payload["passed"] is found.passed
-    sizes = {q: {m: found.largest(q, m) for m in ("max", "rms", "final")} for q in (*QUANTITIES, "total")}
-    assert measurement.payload["sizes"] == sizes
-    for name in ("outcome", "reason", "phase", "closure", "drive", "prediction"):
-        assert getattr(measurement, name) == getattr(found, name) is not None
-    failing = replace(KEPT, scene=SCENES["saw-500rpm"], preset="stock", plan=Plan(20, 1.0))
-    assert failing.perform().reason == failing.run().reason != ""
+def test_result_is_restored_whole_from_its_plain_values() -> None:
+    found, plain = KEPT.perform(), plain_values(KEPT.perform())
+    restored = KEPT.restore_result(plain)
+    assert plain_values(restored) == plain
+    assert replace(restored, curves=None, poses=None) == replace(found, curves=None, poses=None)
+    assert found.passed is True
+    assert found.sizes() == {
+        q: {m: found.largest(q, m) for m in ("max", "rms", "final")} for q in (*QUANTITIES, "total")
+    }
 
 
 def test_kept_result_takes_name_and_tolerances_of_the_request() -> None:
-    measurement = KEPT.perform()
+    found = KEPT.perform()
     asked = replace(KEPT, name="mine", plan=replace(KEPT.plan, tolerance={"position": 1e-9}))
-    found = asked.result(measurement)
-    assert (found.scene, found.parameters, found.passed) == ("mine", SAW.parameters, False)
-    assert replace(asked, plan=replace(KEPT.plan, tolerance={"position": 1.0})).result(measurement).passed is True
-    ended = asked.result(Measurement("crashed", "signal 11"))
+    strict = asked.requested_result(found)
+    assert (strict.scene, strict.parameters, strict.passed) == ("mine", SAW.parameters, False)
+    loose = replace(asked, plan=replace(KEPT.plan, tolerance={"position": 1.0}))
+    assert loose.requested_result(strict).passed is True
+    assert KEPT.requested_result(found) == found
+    ended = asked.requested_result(asked.failed_result(Outcome.CRASHED, "signal 11"))
     assert (ended.outcome, ended.reason, ended.passed) == ("crashed", "signal 11", False)
 
 
-def test_a_measurement_of_another_form_is_not_understood() -> None:
-    measurement = KEPT.perform()
-    assert KEPT.can_read(measurement) is True
-    assert KEPT.can_read(Measurement("crashed")) is True
-    broken = {"outcome": "gone"}, {"payload": {}}, {"payload": {**measurement.payload, "result": {"scene": 1}}}
-    for change in broken:
-        assert KEPT.can_read(replace(measurement, **change)) is False
+def test_a_tolerance_asked_for_is_not_kept_with_the_result() -> None:
+    # Else the next user would be judged by the tolerance of the first.
+    asked = replace(KEPT, plan=replace(KEPT.plan, tolerance={"position": 1e-9}))
+    assert asked.key == KEPT.key
+    assert replace(asked.perform(), curves=None, poses=None) == replace(KEPT.perform(), curves=None, poses=None)
+    failed = [case.failed_result(Outcome.CRASHED, "signal 11") for case in (asked, KEPT)]
+    assert failed[0] == failed[1]
+
+
+@pytest.mark.parametrize("broken", [{"outcome": "gone"}, {"outcome": None}, {"tolerance": 1.0}, {"scene": None}])
+def test_a_result_of_another_form_is_not_restored(broken: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInput):
+        KEPT.restore_result(plain_values(KEPT.failed_result(Outcome.CRASHED, "why")) | broken)
 
 
 def test_refinement_runs_all_steps_and_reuses_the_judged_run() -> None:

@@ -21,27 +21,28 @@ from command_line import conrod
 
 from conrod import InvalidInput
 from conrod.execution import ledger_file
-from conrod.execution.case import Measurement
-from conrod.execution.dispatch import run_cases
+from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, call_isolated
-from conrod.execution.run import RunCase
+from conrod.execution.run import RunCase, RunResult
 from conrod.execution.timing import Timing
 
-CELLS = cells(50)
+FIRST, SECOND, *OTHERS = cells(50)
+CELLS = [SECOND, FIRST, *OTHERS]  # a plain run first
 KEYS = [c.key for c in CELLS]
-MEASURED = CELLS[21].perform()
+BY_KEY = {c.key: c for c in CELLS}
+MEASURED = CELLS[0].perform()
 SLOW = pytest.mark.slow
-STOPPED = Measurement("timed-out", "no result after 3 s")
+STOPPED = RunResult("timed-out", "no result after 3 s")
 
 
-def test_measurement_is_kept_bit_for_bit_with_nan_and_infinity(ledger: Ledger, path: Path) -> None:
-    odd = Measurement("completed", phase={"max": math.nan, "final": math.inf}, payload={"none": None, "tiny": 5e-324})
-    for cell, kept in zip(CELLS, (MEASURED, odd), strict=False):
+def test_result_is_kept_bit_for_bit_with_nan_and_infinity(ledger: Ledger, path: Path) -> None:
+    odd = RunResult("completed", errors={}, phase={"max": math.nan, "final": math.inf}, drive={"speed": 5e-324})
+    for cell, kept in zip(CELLS[::2], (MEASURED, odd), strict=False):
         ledger.keep(cell, kept)
     ledger.close()
     with Ledger.open(path) as again:
-        assert repr(again.measurements(KEYS)) == repr({KEYS[0]: MEASURED, KEYS[1]: odd})
+        assert repr(again.results(BY_KEY)) == repr({KEYS[0]: MEASURED, KEYS[2]: odd})
 
 
 def test_run_stopped_at_a_limit_replaces_no_finished_one(ledger: Ledger) -> None:
@@ -50,15 +51,15 @@ def test_run_stopped_at_a_limit_replaces_no_finished_one(ledger: Ledger) -> None
     ledger.keep(CELLS[0], MEASURED)
     assert ledger.stops_at_limits(KEYS) == {}
     ledger.keep(CELLS[0], STOPPED, limit=3.0)
-    assert ledger.measurements(KEYS).get(KEYS[0]) == MEASURED
+    assert ledger.results(BY_KEY).get(KEYS[0]) == MEASURED
     ledger.keep(CELLS[0], STOPPED, limit=3.0, replace=True)
-    assert ledger.measurements(KEYS).get(KEYS[0]) == STOPPED
+    assert ledger.results(BY_KEY).get(KEYS[0]) == STOPPED
 
 
 def keep_and_die(path: Path) -> None:
     ledger = Ledger.open(path)
     for cell in CELLS[:30]:
-        ledger.keep(cell, Measurement("completed"))
+        ledger.keep(cell, RunResult("completed"))
     ledger._connection.execute("BEGIN IMMEDIATE")
     ledger._connection.execute("DELETE FROM runs")
     os.kill(os.getpid(), signal.SIGKILL)
@@ -88,7 +89,7 @@ def a_damaged_one(path: Path) -> None:
 def a_newer_one(path: Path) -> None:
     Ledger.open(path).close()
     with closing(sqlite3.connect(path)) as newer:
-        newer.execute(f"PRAGMA user_version = {ledger_file.SCHEMA_VERSION + 1}")
+        newer.execute(f"PRAGMA user_version = {ledger_file.CACHE_VERSION + 1}")
 
 
 @pytest.mark.parametrize(
@@ -108,6 +109,28 @@ def test_foreign_ledger_is_refused_and_stays_unchanged(path: Path, made: Callabl
     with pytest.raises(InvalidInput, match=f"^.*{path}.*{words}.*$"):
         Ledger.open(path, patience=5.0)
     assert (path.read_bytes() if path.is_file() else None) == before
+
+
+def test_an_older_ledger_is_emptied_once_and_its_runs_made_again(whole: Path, tmp_path: Path) -> None:
+    path = tmp_path / "ledger.sqlite"
+    shutil.copy(whole, path)
+    with closing(sqlite3.connect(path)) as older:
+        older.execute("ALTER TABLE runs RENAME COLUMN result TO measurement")
+        older.execute("PRAGMA user_version = 1")
+    before = path.read_bytes()
+    done = conrod("results", "--ledger", str(path))
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "from an older conrod" in done.stderr
+    assert path.read_bytes() == before  # a reader removes nothing
+    emptied: list[int] = []
+    watcher = Watcher()
+    watcher.on_emptied = emptied.append  # type: ignore[method-assign]
+    for ran in (len(FEW), 0):
+        with Ledger.open(path) as ledger, Here() as seen:
+            assert ledger.timings(KEYS, TIMING.machine) == {}
+            assert run_cases(assigned(FEW, recalled), ledger, seen, watcher=watcher) == RESULTS
+            assert len(seen.cases) == ran
+    assert emptied == [len(FEW)]
 
 
 def test_a_ledger_locked_for_too_long_is_said_to_be(ledger: Ledger, path: Path) -> None:
@@ -147,7 +170,7 @@ RESULTS = {cell.key: cell.perform() for cell in FEW}
 TIMING = Timing(2e-3, 1e-6, 2000.0, 1000, 5, "one machine")
 
 
-def recalled(case: RunCase) -> Measurement:
+def recalled(case: RunCase) -> RunResult:
     return RESULTS[case.key]
 
 
@@ -164,7 +187,7 @@ def resumed(path: Path) -> list[str]:
 def overwrite_value(path: Path, chance: random.Random) -> tuple[str, str]:
     """Overwrite some bytes of a value; gives the key of its row, and its column."""
     key = chance.choice(KEYS[:6])
-    column = chance.choice(["measurement", "identity", "key", "outcome"])
+    column = chance.choice(["result", "identity", "key", "outcome"])
     table = "cells" if column == "identity" else "runs"
     with closing(sqlite3.connect(path)) as raw, raw:
         raw.execute("PRAGMA synchronous = OFF")
@@ -172,7 +195,7 @@ def overwrite_value(path: Path, chance: random.Random) -> tuple[str, str]:
         ((old,),) = raw.execute(f"SELECT {column} FROM {table} WHERE key = ?", (key,))
         first = chance.randrange(len(old))
         new = old[:first] + chance.randbytes(chance.randint(1, 40)) + old[first + 4 :]
-        kind = "BLOB" if column == "measurement" else "TEXT"
+        kind = "BLOB" if column == "result" else "TEXT"
         raw.execute(f"UPDATE {table} SET {column} = CAST(? AS {kind}) WHERE key = ?", (new, key))
     return key, column
 
@@ -222,8 +245,8 @@ def test_results_leave_out_what_is_damaged_and_say_so(whole: Path, tmp_path: Pat
     shutil.copy(whole, path)
     with closing(sqlite3.connect(path)) as raw, raw:
         # Still JSON, of another run: what would be shown is not what was run.
-        raw.execute("UPDATE cells SET identity = replace(identity, '7.', '8.') WHERE key = ?", (KEYS[0],))
-        raw.execute("UPDATE runs SET measurement = x'00' WHERE key = ?", (KEYS[1],))
+        raw.execute("UPDATE cells SET identity = replace(identity, '7.', '8.') WHERE key = ?", (KEYS[1],))
+        raw.execute("UPDATE runs SET result = x'00' WHERE key = ?", (KEYS[0],))
     done = conrod("results", "--ledger", str(path))
     assert done.returncode == 0
     assert "2 runs in" in done.stderr
@@ -261,10 +284,10 @@ def test_a_row_that_unpacks_without_end_counts_as_damaged(
 ) -> None:
     path = tmp_path / "ledger.sqlite"
     shutil.copy(whole, path)
-    monkeypatch.setattr("conrod.execution.ledger.MAX_MEASUREMENT_BYTES", 1 << 20)
+    monkeypatch.setattr("conrod.execution.ledger.MAX_RESULT_BYTES", 1 << 20)
     with closing(sqlite3.connect(path)) as raw, raw:
         bomb = zlib.compress(b'{"outcome": "' + b"0" * (1 << 21))
-        raw.execute("UPDATE runs SET measurement = ? WHERE key = ?", (bomb, KEYS[0]))
+        raw.execute("UPDATE runs SET result = ? WHERE key = ?", (bomb, KEYS[0]))
     assert resumed(path) == [KEYS[0]]
 
 

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 from catalogue import CAM, PRESS, SAW, SCENES
 
-from conrod import MuJoCoSettings, PymunkSettings
+from conrod import MuJoCoSettings
 from conrod.comparison.compare import compare
-from conrod.engines import engine_named
-from conrod.engines.engine import FIELDS_ADDED_LATER
 from conrod.engines.mujoco.dynamics import simulate
 from conrod.engines.mujoco.model import build
 from conrod.engines.run import run_in_one_piece
-from conrod.execution.case import Measurement
-from conrod.execution.run import RunCase
+from conrod.execution.run import RunResult
 from conrod.scenes import Saw, Scene
 from conrod.studies.limits.axes import AXES, FIXED_STEP
 from conrod.studies.limits.axis import Scale
@@ -154,7 +151,7 @@ def test_the_force_on_a_follower_stays_while_the_speed_grows() -> None:
 # -- from harmless to hopeless ---------------------------------------------------------------------------------------
 
 
-def run(name: str, case: Setup, value: float) -> Measurement:
+def run(name: str, case: Setup, value: float) -> RunResult:
     return AXES[name].case(case, value).perform()
 
 
@@ -226,23 +223,3 @@ def test_time_constant_is_at_least_two_steps_when_guarded() -> None:
         return simulate(build(SAW, settings), SAW, settings, 150, 0.7)[1].tobytes()
 
     assert run(1.0, True) == run(2.0, True) == run(2.0, False) != run(1.0, False)
-
-
-# Keys of cases with engine versions 4.0.0 and 7.3.1, from before settings gained the fields `FIELDS_ADDED_LATER`.
-KEYS = {
-    "mujoco": ("4.0.0", MuJoCoSettings, "7bceac66628836f91948ec631de5e8fa"),
-    "pymunk": ("7.3.1", PymunkSettings, "13e4442645d01eaa235fa7295eafec0a"),
-}
-
-
-@pytest.mark.parametrize("engine", KEYS)
-def test_keys_of_earlier_results_are_what_they_were(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    version, settings, key = KEYS[engine]
-    monkeypatch.setattr(type(engine_named(engine)), "version", version)
-    assert RunCase("saw-40rpm", SAW, settings.tuned(SAW, 1000)).key == key
-
-
-def test_later_fields_have_by_default_what_all_runs_before_had() -> None:
-    assert {
-        field.name: field.default for field in fields(MuJoCoSettings) if field.name in FIELDS_ADDED_LATER
-    } == FIELDS_ADDED_LATER

@@ -12,11 +12,10 @@ from catalogue import CAM, PRESS, SAW
 from synthetic import completed
 
 from conrod import InvalidInput
-from conrod.comparison.plain_values import plain_values
 from conrod.engines import engine_named
 from conrod.exact.dynamics import load_forces
 from conrod.exact.equations import inertia_forces
-from conrod.execution.case import Measurement
+from conrod.execution.run import RunResult
 from conrod.scenes import CamFollower, Saw, Scene, scene_named
 from conrod.studies.limits.axes import AXES, MIN_CONTACT_SHARE
 from conrod.studies.limits.axis import Scale, spaced_values
@@ -31,10 +30,8 @@ from conrod.studies.limits.follower_float import ONSET_REVOLUTIONS, FollowerFloa
 from conrod.studies.limits.maps import classify_grid, grid_values, map_class
 from conrod.studies.limits.plan import check_applicable, plan_limits, pursue_plans
 from conrod.studies.limits.recorders import ExactTorque, FlightRecorder
-from conrod.studies.limits.records import Extremes, Level, is_undetected, level_of
+from conrod.studies.limits.records import Level, LimitResult, is_undetected, level_of
 from conrod.studies.limits.results import Walk
-
-WATCHED = plain_values(Extremes(1, True, {}, None, None, (), ""))
 
 
 def setup(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened", steps: int | None = None) -> Setup:
@@ -255,9 +252,9 @@ def test_plan_has_a_search_for_each_axis_and_its_findings() -> None:
     plans = [planned("steps", span=(1000.0, 900.0)), planned("mass-ratio", span=(1.0, 1.5))]
     seen: list[LimitCase] = []
 
-    def run(cases: list[Any]) -> dict[str, Measurement]:
+    def run(cases: list[Any]) -> dict[str, RunResult]:
         seen.extend(cases)
-        return {case.key: completed(1e-5, extremes=WATCHED) for case in cases}
+        return {case.key: completed(1e-5, LimitResult, samples=1) for case in cases}
 
     steps, mass = pursue_plans(plans, run)
     assert [(walk.axis, walk.scene, walk.engine, walk.preset) for walk in steps.walks] == [
@@ -329,13 +326,13 @@ def test_a_maps_rows_begin_where_the_axis_does() -> None:
     ("error", "level"), [(0.01, Level.SAFE), (0.0101, Level.ROUGH), (0.1, Level.ROUGH), (0.101, Level.WRONG)]
 )
 def test_a_grade_takes_in_its_own_limit(error: float, level: Level) -> None:
-    assert level_of(completed(error, extremes=WATCHED)) is level
+    assert level_of(completed(error, LimitResult, samples=1)) is level
 
 
 def test_a_run_without_a_sample_is_not_undetected() -> None:
-    opened = Measurement("opened", "", extremes=plain_values(Extremes(0, True, {}, None, None, (), "")))
+    opened = LimitResult("opened")
     assert not is_undetected(opened)
-    assert is_undetected(Measurement("opened", "", extremes=WATCHED))
+    assert is_undetected(LimitResult("opened", samples=1))
 
 
 # -- follower float ----------------------------------------------------------------------------------------------------

@@ -16,7 +16,6 @@ from conrod import InvalidInput
 from conrod.comparison.plain_values import plain_values
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
-from conrod.execution.case import Measurement
 from conrod.execution.local import FailedCall
 from conrod.execution.run import RunCase, measure
 from conrod.mechanism.loads import Displacement, Load, Steady
@@ -25,9 +24,7 @@ from conrod.studies.limits import determinism, stream_run
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.determinism import RepeatedCase
 from conrod.studies.limits.recorders import ExactTorque, FlightRecorder
-from conrod.studies.limits.records import Extremes, Flight, Level, is_undetected, level_of
-
-NOTHING = Extremes(0, True, {}, None, None, (), "")
+from conrod.studies.limits.records import Flight, Level, LimitResult, is_undetected, level_of
 
 
 def case_of(scene: Any = SAW, engine: str = "mujoco", preset: str = "hardened", steps: int = 100, **facts: Any) -> Any:
@@ -49,7 +46,7 @@ class Recorder:
     def compare(self, piece: Any) -> None:
         self.compared.append(piece.first_step)
 
-    def measurement(self, verdict: Any) -> Any:
+    def result(self, verdict: Any) -> Any:
         return self, verdict
 
 
@@ -66,7 +63,7 @@ def streamed(monkeypatch: pytest.MonkeyPatch, *outcomes: Outcome) -> tuple[Recor
     engine = SimpleNamespace(name="mine", run=run, refusal=lambda *_: None)
     case = case_of(revolutions=12.0, start_angle=0.5)
     monkeypatch.setattr(stream_run, "engine_named", lambda name: engine)
-    monkeypatch.setattr(stream_run, "unsupported_measurement", lambda *_: None)
+    monkeypatch.setattr(stream_run, "run_refusal", lambda *_: None)
     monkeypatch.setattr(stream_run, "RunStatistics", Recorder)
     made: Any = stream_run.stream_run(case)
     # 1200 steps in 40 pieces are 30 steps in each.
@@ -117,8 +114,9 @@ def test_a_run_of_two_steps_is_too_short() -> None:
 
 def test_what_an_engine_refuses_has_its_reason_and_no_records() -> None:
     refused = case_of(CAM)
-    assert refused.perform() == measure(RunCase("mine", CAM, refused.settings))
-    assert Extremes.from_measurement(refused.perform()) == NOTHING
+    reason = measure(RunCase("mine", CAM, refused.settings)).reason
+    assert refused.perform() == LimitResult("unsupported", reason)
+    assert reason
 
 
 # -- what is kept ------------------------------------------------------------------------------------------------------
@@ -136,7 +134,7 @@ def test_a_streamed_run_has_the_errors_of_a_whole_one(
     for name, quantities in (whole.errors or {}).items():
         for quantity, sizes in quantities.items():
             assert (found.errors or {})[name][quantity] == pytest.approx(sizes, rel=1e-9)
-    records = Extremes.from_measurement(found)
+    records = found
     assert (records.samples, records.finite, records.warnings) == (151, True, {})
     assert (records.penetration, records.flights, len(records.fingerprint) > 10) == (None, (), True)
     # The drive's torque is compared at all samples but the first, over its peak.
@@ -157,20 +155,23 @@ def test_a_failed_run_has_its_outcome_and_reason_and_no_errors() -> None:
     assert (found.outcome, found.errors) == (whole.outcome, None)
     assert found.outcome != "completed"
     assert found.reason
-    assert Extremes.from_measurement(found).samples > 0
+    assert found.samples > 0
 
 
 def test_a_follower_has_a_penetration_and_no_torque() -> None:
-    records = Extremes.from_measurement(case_of(CAM, "pymunk", "tuned", 2000, revolutions=0.2).perform())
+    records = case_of(CAM, "pymunk", "tuned", 2000, revolutions=0.2).perform()
     assert records.torque is None
     assert records.penetration is not None
     assert 0.0 < records.penetration < 1e-3
 
 
-def test_records_of_a_run_that_never_began_are_empty() -> None:
-    assert Extremes.from_measurement(Measurement("crashed", "why")) == NOTHING
-    kept = replace(NOTHING, samples=3, warnings={"BADQACC": 1}, torque=0.1, flights=(Flight(1.0, 2.0),), again=("a",))
-    assert Extremes.from_measurement(Measurement("opened", "", extremes=plain_values(kept))) == kept
+def test_records_of_a_run_are_restored_whole() -> None:
+    kept = LimitResult(
+        "opened", samples=3, warnings={"BADQACC": 1}, torque=0.1, flights=(Flight(1.0, 2.0),), again=("a",)
+    )
+    assert case_of(SAW).restore_result(plain_values(kept)) == kept
+    never_began = case_of(SAW).failed_result(Outcome.CRASHED, "why")
+    assert never_began == LimitResult("crashed", "why", samples=0, fingerprint="", flights=())
 
 
 def test_a_load_takes_torque_by_its_virtual_work() -> None:
@@ -227,8 +228,8 @@ def test_a_torque_of_rounding_alone_is_negligible() -> None:
 def test_failure_is_undetected_when_numbers_and_engine_are_clean(outcome: str, level: Level, undetected: bool) -> None:
     outcome = Outcome[outcome.upper()].slug
 
-    def measured(**facts: Any) -> Measurement:
-        return Measurement(outcome, "", extremes=plain_values(replace(NOTHING, samples=1, **facts)))
+    def measured(**facts: Any) -> LimitResult:
+        return LimitResult(outcome, **{"samples": 1} | facts)
 
     assert level_of(measured()) is level
     assert is_undetected(measured()) is undetected
@@ -237,27 +238,26 @@ def test_failure_is_undetected_when_numbers_and_engine_are_clean(outcome: str, l
 
 
 def test_a_wrong_run_is_undetected_and_a_rough_one_is_none() -> None:
-    watched = plain_values(replace(NOTHING, samples=1))
-    assert is_undetected(completed(0.11, extremes=watched))
-    assert not is_undetected(completed(0.09, extremes=watched))
+    assert is_undetected(completed(0.11, LimitResult, samples=1))
+    assert not is_undetected(completed(0.09, LimitResult, samples=1))
 
 
 def test_failed_second_process_is_the_outcome_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     settings = engine_named("mujoco").presets["hardened"](SAW, 100)
     case, done = RepeatedCase("mine", SAW, settings), list[str]()
 
-    def task(one: Any) -> Measurement:
+    def task(one: Any) -> LimitResult:
         done.append(one.name)
-        return Measurement("completed", extremes=plain_values(replace(NOTHING, fingerprint=f"run {len(done)}")))
+        return LimitResult(fingerprint=f"run {len(done)}")
 
     def isolated(answer: Any) -> None:
         monkeypatch.setattr(determinism, "call_isolated", lambda function, one: answer if answer else function(one))
 
     isolated(FailedCall(Outcome.CRASHED, "signal 11"))
-    assert determinism.run_repeatedly(case, task) == Measurement("crashed", "in another process: signal 11")
+    assert determinism.run_repeatedly(case, task) == LimitResult("crashed", "in another process: signal 11")
     isolated(None)
     done.clear()
-    found = Extremes.from_measurement(determinism.run_repeatedly(case, task))
+    found = determinism.run_repeatedly(case, task)
     # Twice, after another machine, and in another process.
     assert done == ["mine", "mine", "another", "mine", "mine"]
     assert (found.fingerprint, found.again) == ("run 1", ("run 2", "run 4", "run 5"))

@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import pytest
 from cell_tasks import pursued
 from synthetic import completed
 
-from conrod.comparison.plain_values import plain_values
-from conrod.execution.case import Measurement
 from conrod.scenes import scene_named
 from conrod.studies.limits.axis import Axis, Scale
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.plan import walk_search
-from conrod.studies.limits.records import Extremes
+from conrod.studies.limits.records import LimitResult
 from conrod.studies.limits.results import Boundary, Walk
 
 SETUP = Setup("saw-500rpm", scene_named("saw-500rpm"), "pymunk", "stock")
-WATCHED = plain_values(Extremes(1, True, {}, None, None, (), ""))
 
 Rule = Callable[[float], float | str]  # value -> position error, or outcome
 
@@ -34,16 +31,16 @@ EVEN = replace(RATIO, nearest=lambda value: 2.0 * max(1, round(value / 2.0)))  #
 WHOLE = replace(RATIO, scale=Scale.COUNT, safe_end=20000.0, failing_end=2.0)
 
 
-def answer(rule: Rule, value: float) -> Measurement:
+def answer(rule: Rule, value: float, warnings: Mapping[str, int]) -> LimitResult:
     found = rule(value)
     if isinstance(found, str):
-        return Measurement(found, "made up", extremes=WATCHED)
-    return completed(found, extremes=WATCHED)
+        return LimitResult(found, "made up", samples=1, warnings=warnings)
+    return completed(found, LimitResult, samples=1, warnings=warnings)
 
 
-def boundaries(axis: Axis, rule: Rule) -> tuple[dict[str, Boundary], Walk]:
+def boundaries(axis: Axis, rule: Rule, **warnings: int) -> tuple[dict[str, Boundary], Walk]:
     walk = pursued(
-        walk_search(axis, SETUP, axis.safe_end, axis.failing_end), lambda cell: answer(rule, cell.start_angle)
+        walk_search(axis, SETUP, axis.safe_end, axis.failing_end), lambda cell: answer(rule, cell.start_angle, warnings)
     )
     return {boundary.criterion: boundary for boundary in walk.boundaries}, walk
 
@@ -64,12 +61,9 @@ def test_every_boundary_is_found_to_two_per_cent() -> None:
     assert [every[criterion].outcome for criterion in ("wrong", "broken")] == ["opened", "diverged"]
 
 
-def test_failure_is_undetected_unless_there_is_a_warning(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_failure_is_undetected_unless_there_is_a_warning() -> None:
     assert boundaries(RATIO, graded)[0]["wrong"].undetected
-    monkeypatch.setitem(WATCHED, "warnings", {"BADQACC": 1})
-    assert not any(probe.undetected for probe in boundaries(RATIO, graded)[1].probes)
+    assert not any(probe.undetected for probe in boundaries(RATIO, graded, BADQACC=1)[1].probes)
 
 
 @pytest.mark.parametrize(

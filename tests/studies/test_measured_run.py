@@ -15,10 +15,9 @@ from conrod.engines import engine_named
 from conrod.engines.run import run
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution import run as measuring
-from conrod.execution.case import Measurement
 from conrod.execution.prediction import predicted_errors
 from conrod.execution.result import Plan
-from conrod.execution.run import RunCase, clamp_to_span, measure, unsupported_measurement
+from conrod.execution.run import RunCase, RunResult, clamp_to_span, measure, run_refusal
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.validation.dynamic_mode import DRAWN_POSES, validate_dynamic
 
@@ -90,18 +89,18 @@ def test_signed_errors_are_at_equal_angles_of_last_turn_or_pass(scene: Any, engi
             expected = interpolated(made, scene, point, quantity, angles / scene.speed)
             expected = expected / (scene.lengths[point] * abs(scene.speed) ** k)
             np.testing.assert_allclose(found.signed_errors(point, quantity), expected, rtol=1e-9, atol=1e-15)
-    whole = Measurement("completed", signed={"C": {"position": [[0, 1]]}})  # as JSON may have it
+    whole = RunResult("completed", signed={"C": {"position": [[0, 1]]}})  # as JSON may have it
     assert whole.signed_errors("C", "position").dtype == np.float64
     with pytest.raises(ValueError, match="'exploded' has no errors"):
-        Measurement("exploded").signed_errors("C", "position")
+        RunResult("exploded").signed_errors("C", "position")
 
 
 def test_a_pass_of_two_steps_is_not_run_and_one_of_three_is() -> None:
     cases = (clamp_to_span(case_of(GENEVA, "pymunk", n)) for n in range(2, 40))
-    fewest = next(case for case in cases if unsupported_measurement(case, GENEVA) is None)
+    fewest = next(case for case in cases if run_refusal(case, GENEVA) is None)
     steps = fewest.settings.steps_per_revolution
     assert round(fewest.revolutions * steps) == 3
-    assert unsupported_measurement(case_of(SAW, "pymunk", 2), SAW) is None
+    assert run_refusal(case_of(SAW, "pymunk", 2), SAW) is None
     found = measure(case_of(GENEVA, "pymunk", steps - 1))
     assert (found.outcome, found.errors) == ("unsupported", None)
     assert "are needed" in found.reason
@@ -112,11 +111,11 @@ def test_refusal_or_failure_is_an_outcome_with_reason_only() -> None:
     refused = case_of(cam, "mujoco", preset="hardened")
     why = refused.settings and engine_named("mujoco").refusal(cam, refused.settings)
     assert why
-    assert measure(refused) == Measurement("unsupported", why)
+    assert measure(refused) == RunResult("unsupported", why)
     failing = case_of(SCENES["saw-500rpm"], "pymunk", 20, "stock")
     made = run_again(failing)
     assert made.outcome.slug != "completed"
-    assert measure(failing) == Measurement(made.outcome.slug, made.reason)
+    assert measure(failing) == RunResult(made.outcome.slug, made.reason)
 
 
 def test_drawn_poses_have_the_errors_of_points_and_show_a_defect() -> None:

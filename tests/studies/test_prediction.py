@@ -13,7 +13,7 @@ from catalogue import CAM, SAW
 from synthetic import STAGGERED, synthetic_trajectory
 
 from conrod import InvalidInput
-from conrod.comparison.compare import Stretch
+from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.outcome import CHANGE_POINT_DISTANCE
 from conrod.engines import engine_named
 from conrod.exact.motion import QUANTITIES, Array
@@ -141,7 +141,7 @@ def planted(quantity: str, index: int, off: float, stride: int = 1, remaining: i
     values[index, 0] += off * SAW.lengths["C"] * SAW.speed ** QUANTITIES.index(quantity)
     points = {**made.points, "C": replace(point, **{quantity: replace(track, values=values)})}
     found = Prediction(SAW, stride)
-    found.add(Stretch(replace(made, points=points), SAW, remaining))
+    found.add(ComparedPiece(replace(made, points=points), SAW, remaining))
     return found
 
 

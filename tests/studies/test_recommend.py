@@ -20,8 +20,8 @@ from conrod.engines import engine_named
 from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import Measurement, pursue
-from conrod.execution.run import RunCase
+from conrod.execution.case import pursue
+from conrod.execution.run import RunCase, RunResult
 from conrod.execution.timing import Timing
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.sweep.prior import shipped_sweeps
@@ -38,7 +38,7 @@ class PretendedRuns:
     def __init__(self, error: Callable[[RunCase], float], cost: Callable[[RunCase], float]) -> None:
         self.error, self.cost, self.ran = error, cost, list[RunCase]()
 
-    def run(self, cells: list[RunCase]) -> dict[str, Measurement]:
+    def run(self, cells: list[RunCase]) -> dict[str, RunResult]:
         self.ran += cells
         return {cell.key: measured(self.error(cell)) for cell in cells}
 
@@ -47,11 +47,11 @@ class PretendedRuns:
         return {key: Timing(1e-6 * cost, 1e-6, cost, 1, 1, "m") for key, cost in costs.items()}
 
 
-def measured(error: float | None) -> Measurement:
+def measured(error: float | None) -> RunResult:
     """A run with an error in all quantities, or one that did not complete."""
     if error is None or math.isnan(error):
-        return Measurement("exploded", "the loop is open")
-    return Measurement("completed", errors={"C": {quantity: {"max": error} for quantity in QUANTITIES}})
+        return RunResult("exploded", "the loop is open")
+    return RunResult("completed", errors={"C": {quantity: {"max": error} for quantity in QUANTITIES}})
 
 
 def per_step(cell: RunCase) -> float:
@@ -140,12 +140,12 @@ def test_a_confirming_run_that_does_not_complete_rejects_too() -> None:
     answer = recommended(PretendedRuns(error, per_step), position=1e-4)
     assert isinstance(answer, NoRecommendation)
     assert all(
-        "exploded" in {one.measurement.outcome for one in rejected.failed_confirmations} for rejected in answer.rejected
+        "exploded" in {one.result.outcome for one in rejected.failed_confirmations} for rejected in answer.rejected
     )
 
 
 def test_an_error_that_is_no_number_is_within_nothing() -> None:
-    found = TriedRun(Measurement("completed", errors={"C": {"position": {"max": 1e-9}, "velocity": {"max": math.nan}}}))
+    found = TriedRun(RunResult("completed", errors={"C": {"position": {"max": 1e-9}, "velocity": {"max": math.nan}}}))
     assert found.excess({"position": 1e-6}) < 1.0
     assert found.excess({"position": 1e-6, "velocity": 1e-6}) == math.inf
 

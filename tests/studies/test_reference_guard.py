@@ -12,7 +12,7 @@ import own_model_edits
 import pytest
 import table_files
 
-from conrod.comparison.compare import Stretch
+from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.trajectory import BodyTracks
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
@@ -175,7 +175,7 @@ def test_gaps_of_another_frame_are_not_trusted(planted: str) -> None:
     engine = engine_named("mujoco")
     run = run_in_one_piece(engine, SAW, engine.presets["hardened"](SAW, 200), 1.0)
     right, wrong = Prediction(SAW), Prediction(SAW)
-    right.add(Stretch(run, SAW))
+    right.add(ComparedPiece(run, SAW))
     assert contradictions(right.misfit) == {}
     states = run.bodies.position
     poses = states.poses.copy()
@@ -187,7 +187,7 @@ def test_gaps_of_another_frame_are_not_trusted(planted: str) -> None:
         poses[:, 1::3] *= -1.0
         poses[:, 2::3] *= -1.0
     moved = replace(states, poses=poses)
-    wrong.add(Stretch(replace(run, bodies=BodyTracks(moved, moved, moved)), SAW))
+    wrong.add(ComparedPiece(replace(run, bodies=BodyTracks(moved, moved, moved)), SAW))
     assert misfit_words(wrong.misfit).startswith("the measured points are not those of the bodies")
 
 

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from command_line import conrod
 
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.variants import PRESETS_GRID
 from conrod.execution import reference_guard
-from conrod.execution.case import Case, Measurement, pursue
+from conrod.execution.case import Case, pursue
 from conrod.execution.reference_guard import ReferenceGuard
-from conrod.execution.run import RunCase
+from conrod.execution.run import RunCase, RunResult
 from conrod.execution.timing import Timing
 from conrod.report.findings import Findings
 from conrod.scenes.saw import Saw
@@ -50,9 +51,12 @@ class WrongSaw(Saw):
         }
 
 
-def performed(cases: Sequence[Case]) -> dict[str, Measurement]:
+def performed(cases: Sequence[Case]) -> dict[str, RunResult]:
     """Make all runs in this process; timings of pairs are not made."""
-    return {case.key: Measurement("timed-out") if isinstance(case, CostCase) else case.perform() for case in cases}
+    return {
+        case.key: case.failed_result(Outcome.TIMED_OUT, "") if isinstance(case, CostCase) else case.perform()
+        for case in cases
+    }
 
 
 def pretended_times(cases: Sequence[RunCase]) -> dict[str, Timing]:
@@ -92,7 +96,7 @@ def of_releases(scene: Scene) -> Findings[Any]:
     """Two releases, both run in the installed one."""
     (label, case), *_ = release_cases({NAME: scene}, MUJOCO).items()
 
-    def perform(_: str, cases: Sequence[Any]) -> dict[str, Measurement]:
+    def perform(_: str, cases: Sequence[Any]) -> dict[str, RunResult]:
         return {one.key: replace(one, version=MUJOCO.version).perform() for one in cases}
 
     study = versions_study(MUJOCO, ["3.8.0", MUJOCO.version], {label: case}, perform)
@@ -162,25 +166,25 @@ def test_guard_names_each_scene_and_engine_once() -> None:
     settings = [engine_named(name).presets["tuned"](Saw(), 100) for name in ("mujoco", "pymunk", "mujoco")]
     cases = [RunCase(name, Saw(), one) for name in ("a", "b") for one in settings]
     errors: Mapping[str, Any] = {"C": {"position": {"max": 1e-6}}}
-    guard.check(cases, {case.key: Measurement("completed", errors=errors) for case in cases})
+    guard.check(cases, {case.key: RunResult("completed", errors=errors) for case in cases})
     assert guard.distrust == ""
-    guard.check(cases[:3], {case.key: Measurement("completed", errors=errors, misfit=misfit) for case in cases})
+    guard.check(cases[:3], {case.key: RunResult("completed", errors=errors, misfit=misfit) for case in cases})
     pymunk = engine_named("pymunk").version
     assert guard.distrust.startswith(f"a in MuJoCo {MUJOCO.version} and pymunk {pymunk}: {REASON}")
     assert guard.distrust.count("MuJoCo") == 1
-    guard.check(cases, {case.key: Measurement("completed", errors=errors, misfit=misfit) for case in cases})
+    guard.check(cases, {case.key: RunResult("completed", errors=errors, misfit=misfit) for case in cases})
     assert "; b in MuJoCo" in guard.distrust
 
 
 def test_run_that_did_not_complete_is_not_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reference_guard, "reference_misfit", lambda _: pytest.fail("there is no figure to trust"))
     guard, case = ReferenceGuard(), RunCase(NAME, Saw(), MUJOCO.presets["tuned"](Saw(), 100))
-    guard.check([case], {case.key: Measurement("exploded", "planted")})
+    guard.check([case], {case.key: RunResult("exploded", "planted")})
     assert guard.distrust == ""
 
 
 def test_limit_run_keeps_a_misfit_only_of_a_contradiction() -> None:
-    def measured(scene: Scene) -> Measurement:
+    def measured(scene: Scene) -> RunResult:
         setup = Setup(NAME, scene, "mujoco", "tuned", 100)
         return LimitCase(NAME, scene, setup.settings()).perform()
 

@@ -12,8 +12,7 @@ from conrod.comparison.convergence import observed_order
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.variants import ENGINE_GRIDS, Grid, step_counts
-from conrod.execution.case import Measurement
-from conrod.execution.run import SIGNED_ANGLES, RunCase
+from conrod.execution.run import SIGNED_ANGLES, RunCase, RunResult
 from conrod.scenes import SCENES
 from conrod.studies.sweep.findings import SweptRule, fill_paste_template, pareto_front, paste_template
 from conrod.studies.sweep.study import observed_orders
@@ -117,7 +116,7 @@ def test_steps_go_from_20_to_20000_and_share_signed_error_angles(grid: Grid, con
 def test_the_order_is_that_of_the_runs_that_completed() -> None:
     cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
     runs = {case.key: completed(case.settings.steps_per_revolution**-2.0) for case in cases}
-    runs[cases[1].key] = Measurement("exploded")
+    runs[cases[1].key] = RunResult("exploded")
     found = observed_orders(cases, runs)["position"]
     assert found.claimed == pytest.approx(2.0)
 

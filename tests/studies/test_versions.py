@@ -22,8 +22,8 @@ from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
 from conrod.execution import releases
-from conrod.execution.case import Measurement
-from conrod.execution.releases import VersionCase, interpreter_path, release_interpreter
+from conrod.execution.releases import ReleaseResult, VersionCase, interpreter_path, release_interpreter
+from conrod.execution.run import RunResult
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings
 from conrod.scenes import SCENES, scene_named
@@ -43,13 +43,13 @@ STATE, OUTPUT = "bodies position", "C acceleration"
 DIGIT = 1e-13
 
 
-def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Measurement:
+def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> ReleaseResult:
     """A run whose signed errors are all `off`, with a digest for each state and output."""
     named = {name.replace("_", " "): text for name, text in bits.items()}
     if outcome != "completed":
-        return Measurement(outcome, "planted", payload={"bits": named})
+        return ReleaseResult(outcome, "planted", bits=named)
     signed = {"C": {quantity: [[off, 0.0]] for quantity in QUANTITIES}}
-    return completed(abs(off), signed=signed, payload={"bits": named})
+    return completed(abs(off), ReleaseResult, signed=signed, bits=named)
 
 
 SAME = measured(0.5, bodies_position="a", C_acceleration="b")
@@ -65,7 +65,7 @@ SAME = measured(0.5, bodies_position="a", C_acceleration="b")
     ],
 )
 def test_the_same_bits_are_no_change_and_each_other_one_is_seen(
-    other: Measurement, differ: tuple[str, ...], size: float | None, last_digits: bool
+    other: RunResult, differ: tuple[str, ...], size: float | None, last_digits: bool
 ) -> None:
     assert change_between(SAME, SAME, LINKAGE_STEPS) is None
     found = change_between(SAME, other, LINKAGE_STEPS)
@@ -74,7 +74,7 @@ def test_the_same_bits_are_no_change_and_each_other_one_is_seen(
     assert found.size.get("position") == (None if size is None else pytest.approx(size, rel=1e-3))
 
 
-def planted(runs: dict[str, Measurement | str]) -> VersionStudy:
+def planted(runs: dict[str, RunResult | str]) -> VersionStudy:
     """The study of planted releases: what each run of one shows, or why it cannot be had."""
 
     def perform(requirement: str, cases: Sequence[VersionCase]) -> Any:

@@ -16,22 +16,18 @@ from conrod.comparison.trajectory import Piece
 from conrod.engines import ENGINES, engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.exact.dynamics.inverse import steady_joint_forces
-from conrod.execution.case import Measurement
 from conrod.execution.run import RunCase, measure
 from conrod.scenes import SCENES
 from conrod.studies.limits import stream_run as watching
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.recorders import ExactTorque
-from conrod.studies.limits.records import Extremes
+from conrod.studies.limits.records import LimitResult
 from conrod.studies.limits.stream_run import piece_length, stream_run
 
 LINKAGE_STEPS, CONTACT_STEPS = 100, 500
 
 
-extremes = Extremes.from_measurement
-
-
-def watched(scene: Any, settings: Any, revolutions: float = 2.0) -> Measurement:
+def watched(scene: Any, settings: Any, revolutions: float = 2.0) -> LimitResult:
     return stream_run(LimitCase("a machine", scene, settings, revolutions))
 
 
@@ -54,14 +50,14 @@ def test_the_errors_are_those_of_a_measured_run(name: str, engine: str, preset: 
     told, measured = watched(scene, settings), measure(RunCase(name, scene, settings))
     assert told.outcome == measured.outcome
     if measured.outcome == Outcome.UNSUPPORTED.slug:
-        assert told.extremes is None
+        assert told == LimitResult(told.outcome, told.reason)
         return
     assert measured.outcome == Outcome.COMPLETED.slug
     assert told.errors is not None
     for part in ("errors", "closure", "phase", "drive"):
         assert getattr(told, part) == getattr(measured, part)
-    assert extremes(told).samples == 2 * steps + 1
-    assert extremes(told).finite
+    assert told.samples == 2 * steps + 1
+    assert told.finite
 
 
 def ended(outcome: Outcome, first: int) -> Callable[[int, Piece], Piece]:
@@ -77,11 +73,11 @@ def test_run_ends_when_exploded_or_two_turns_after_opening(
     planted_in(monkeypatch, "pymunk", ended(Outcome.OPENED, 1))
     opened = stream_run(planted)
     assert (opened.outcome, opened.errors) == ("opened", None)
-    assert 200 <= extremes(opened).samples <= 200 + 3 * piece_length(planted)
+    assert 200 <= opened.samples <= 200 + 3 * piece_length(planted)
     planted_in(monkeypatch, "pymunk", ended(Outcome.EXPLODED, 3))
     failed = stream_run(planted)
     assert (failed.outcome, failed.reason, failed.errors) == ("exploded", "exploded", None)
-    assert extremes(failed).samples == 4 * piece_length(planted) + 1
+    assert failed.samples == 4 * piece_length(planted) + 1
 
 
 @pytest.mark.parametrize(
@@ -106,8 +102,8 @@ def test_warnings_are_told() -> None:
     saw: Any = SCENES["saw-500rpm"]
     failed = watched(saw, MuJoCoSettings.tuned(saw, 4), 10.0)
     assert failed.outcome == "exploded"
-    assert extremes(failed).warnings == {"BADQACC": 1}
-    assert extremes(watched(SAW, MuJoCoSettings.tuned(SAW, 100))).warnings == {}
+    assert failed.warnings == {"BADQACC": 1}
+    assert watched(SAW, MuJoCoSettings.tuned(SAW, 100)).warnings == {}
 
 
 def last_bit_moved(k: int, piece: Piece) -> Piece:
@@ -123,12 +119,12 @@ def last_bit_moved(k: int, piece: Piece) -> Piece:
 
 @pytest.mark.parametrize("settings", [MuJoCoSettings.tuned(SAW, 100), PymunkSettings.tuned(SAW, 100)])
 def test_the_fingerprint_depends_on_every_bit_and_on_no_pieces(settings: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    known = extremes(watched(SAW, settings)).fingerprint
+    known = watched(SAW, settings).fingerprint
     for steps in (7, 64, 1000):
         monkeypatch.setattr(watching, "piece_length", lambda _, steps=steps: steps)
-        assert extremes(watched(SAW, settings)).fingerprint == known
+        assert watched(SAW, settings).fingerprint == known
     planted_in(monkeypatch, settings.engine, last_bit_moved)
-    assert extremes(watched(SAW, settings)).fingerprint != known
+    assert watched(SAW, settings).fingerprint != known
 
 
 @pytest.mark.parametrize("gravity", [True, False])
@@ -140,7 +136,7 @@ def test_hardened_drive_gives_exact_torque_as_drivers_reaction(name: str, gravit
     assert exact.peak == pytest.approx(np.abs(exact.evaluate(angle)).max(), rel=1e-3)
     assert bool(np.abs(exact.evaluate(angle) - told).max() < 1e-12 * exact.peak) is gravity
     hardened = replace(MuJoCoSettings.hardened(scene, 400), gravity=gravity)
-    error, soft = (extremes(watched(scene, one)).torque for one in (hardened, replace(hardened, hardening=None)))
+    error, soft = (watched(scene, one).torque for one in (hardened, replace(hardened, hardening=None)))
     assert error < min(1e-6, 0.05 * soft)
 
 
@@ -155,5 +151,5 @@ def test_a_torque_that_is_off_by_a_part_in_a_billion_is_seen(monkeypatch: pytest
 
     planted_in(monkeypatch, "pymunk", told)
     for off in (0.0, 1e-9, -1e-9):
-        error = extremes(watched(PRESS, PymunkSettings.tuned(PRESS, LINKAGE_STEPS))).torque
+        error = watched(PRESS, PymunkSettings.tuned(PRESS, LINKAGE_STEPS)).torque
         assert error == pytest.approx(abs(off), abs=1e-15)

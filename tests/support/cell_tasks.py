@@ -13,18 +13,18 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from copy import copy
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings
 from conrod.comparison.trajectory import Settings
-from conrod.execution.case import Case, Measurement, Study, pursue
+from conrod.execution.case import Case, Study, pursue
 from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.ledger_file import Claims
 from conrod.execution.local import LocalProcesses, RetryingExecutor
-from conrod.execution.run import RunCase, measure
+from conrod.execution.run import RunCase, RunResult, measure
 from conrod.execution.worker_process import CallLimits
 from conrod.scenes import SCENES
 from conrod.studies.limits.case import LimitCase
@@ -48,17 +48,27 @@ def cells(count: int) -> list[RunCase]:
 class Assigned(Case):
     """A case in place of which a task of a test is done; its key is that of the case."""
 
-    case: RunCase
-    task: Callable[[Any], Measurement]
+    study: ClassVar[str] = "sweep"
 
-    def perform(self) -> Measurement:
+    case: RunCase
+    task: Callable[[Any], RunResult]
+
+    @property
+    def result_type(self) -> type[RunResult]:  # type: ignore[override]
+        """The class of the case's result."""
+        return self.case.result_type
+
+    def perform(self) -> RunResult:
         return self.task(dataclasses.replace(self.case, scene=self.scene))
+
+    def key_fields(self) -> dict[str, Any]:
+        return self.case.key_fields()
 
     def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
         return self.case._identity(parameters)
 
 
-def assigned(cases: Sequence[RunCase], task: Callable[[Any], Measurement]) -> list[Assigned]:
+def assigned(cases: Sequence[RunCase], task: Callable[[Any], RunResult]) -> list[Assigned]:
     """The cases, each with what is to be done in its place."""
     return [Assigned(case.name, case.scene, case, task) for case in cases]
 
@@ -67,19 +77,19 @@ def number(cell: Any) -> int:
     return round(1e3 * getattr(cell, "case", cell).start_angle)
 
 
-def pursued(study: Study[Any], answer: Callable[[Any], Measurement] = lambda case: case.perform()) -> Any:
+def pursued(study: Study[Any], answer: Callable[[Any], RunResult] = lambda case: case.perform()) -> Any:
     """What a study finds where its cases are answered so."""
     return pursue([study], lambda cases: {case.key: answer(case) for case in cases})[0]
 
 
-def noted(cell: Any) -> Measurement:
+def noted(cell: Any) -> RunResult:
     """Note the start in a file that the environment names, and end when another process has started, too; or hang."""
     own, others = (Path(os.environ[name]) for name in ("CONROD_STARTS", "CONROD_OTHER_STARTS"))
     with own.open("a", encoding="ascii") as file:
         file.write(f"{number(cell)}\n")
     while "CONROD_HANGS" in os.environ or not others.exists():
         time.sleep(0.01)
-    return Measurement("completed", str(number(cell)))
+    return RunResult("completed", str(number(cell)))
 
 
 class Told(Watcher):
@@ -144,21 +154,21 @@ class Here(RetryingExecutor):
     def stop(self) -> None: ...
 
 
-def echo(cell: RunCase) -> Measurement:
-    return Measurement("completed", str(number(cell)))
+def echo(cell: RunCase) -> RunResult:
+    return RunResult("completed", str(number(cell)))
 
 
-def count_processes(cell: RunCase) -> Measurement:
-    return Measurement("completed", str(os.getpid()))
+def count_processes(cell: RunCase) -> RunResult:
+    return RunResult("completed", str(os.getpid()))
 
 
-def refuse(cell: RunCase) -> Measurement:
+def refuse(cell: RunCase) -> RunResult:
     if number(cell) == CRASHES:
         raise InvalidInput("this cell cannot be run")
     return echo(cell)
 
 
-def kill_dask_worker(cell: RunCase) -> Measurement:
+def kill_dask_worker(cell: RunCase) -> RunResult:
     """One cell kills the Dask worker that its process belongs to, as a batch system does that sees too much memory."""
     if number(cell) == CRASHES:
         os.kill(os.getppid(), signal.SIGKILL)
@@ -175,7 +185,7 @@ def kept_in(folder: Path, cells: list[RunCase]) -> list[RunCase]:
 KILLS = {3: signal.SIGKILL, 7: signal.SIGTERM}
 
 
-def killed_once(cell: RunCase) -> Measurement:
+def killed_once(cell: RunCase) -> RunResult:
     """Some cells are killed at their first attempt; each attempt leaves a file with its span of time."""
     span = Path(cell.name) / f"{number(cell)}-{os.getpid()}"
     begun, first = time.monotonic(), not list(Path(cell.name).glob(f"{number(cell)}-*"))
@@ -243,7 +253,7 @@ FAULTS: dict[int, tuple[Callable[[], Any], str, str]] = {
 }
 
 
-def misbehave(cell: RunCase) -> Measurement:
+def misbehave(cell: RunCase) -> RunResult:
     """A run, or of every twenty cells some that have one of these faults each."""
     FAULTS.get(number(cell) % 20, (lambda: None,))[0]()
     return cell.perform()
@@ -255,7 +265,7 @@ def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor:
     assert {key: (found.outcome, found.reason) for key, found in table.items()} == {
         cell.key: FAULTS.get(number(cell) % 20, ends)[1:] for cell in cells(count)
     }
-    assert table == ledger.measurements(table)
+    assert table == ledger.results({cell.key: cell for cell in cells(count)})
     limits = {7: ("timed-out", TIMEOUT), 11: ("out-of-memory", float(MEMORY))}
     stopped = {cell.key: limits.get(number(cell) % 20) for cell in cells(count)}
     assert ledger.stops_at_limits(table) == {key: limit for key, limit in stopped.items() if limit}
@@ -269,18 +279,18 @@ def hoard_but(megabytes: int) -> None:
     del kept_free
 
 
-def engine_with_little(megabytes: int) -> Measurement:
+def engine_with_little(megabytes: int) -> RunResult:
     """A MuJoCo run in a process that has little memory left; it fails in the engine's own ways."""
     hoard_but(megabytes)
     return measure(RunCase("saw-500rpm", SAW, MuJoCoSettings.hardened(SAW, 2000), 1.0))
 
 
-def mistake_with_little(megabytes: int) -> Measurement:
+def mistake_with_little(megabytes: int) -> RunResult:
     hoard_but(megabytes)
     raise ZeroDivisionError("a mistake in the task")
 
 
-def wrong_value(megabytes: int) -> Measurement:
+def wrong_value(megabytes: int) -> RunResult:
     raise ValueError("a mistake in the task")
 
 

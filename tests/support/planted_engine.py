@@ -17,7 +17,7 @@ from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE_STEPS, STOCK, Engine, Machine, Preset, step_length
 from conrod.engines.numerics import largest_derivatives
-from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces
+from conrod.engines.run import RecordedPiece, observed_tracks, record_pieces
 from conrod.exact.motion import Array
 
 NAME = "planted"
@@ -87,12 +87,12 @@ class PlantedEngine(Engine[PlantedSettings]):
     ) -> Iterator[Piece]:
         kinematics, speed = machine.kinematics, machine.speed * (1.0 + self.step_error)
 
-        def record(_: int, times: Array) -> RecordedStretch:
+        def record(_: int, times: Array) -> RecordedPiece:
             poses, slopes, bends = kinematics.derivatives(speed * times + settings.lead, 2)
             stamps = times + self.late * settings.timestep
             instants = Instants(stamps, speed * times, np.full_like(times, speed), np.zeros_like(times))
             states = BodyStates(instants, poses, speed * slopes, speed**2 * bends)
-            return RecordedStretch(BodyTracks(states, states, states), observed_tracks(kinematics, states), times)
+            return RecordedPiece(BodyTracks(states, states, states), observed_tracks(kinematics, states), times)
 
         return record_pieces(machine, settings, self.version, revolutions, start_angle, steps, record)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,9 +13,11 @@ from conrod import Outcome, Trajectory
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import QUANTITIES, Array, Motion, motion_in_time
-from conrod.execution.case import Measurement
+from conrod.execution.run import RunResult
 from conrod.mechanism.mechanism import Joint, Revolute
 from conrod.scenes import Saw, Scene, ShearPress
+
+AnyResult = TypeVar("AnyResult", bound=RunResult)
 
 STEPS = 500
 # Where in a step the samples of positions, velocities and accelerations lie, in steps: as MuJoCo gives all three, and
@@ -76,10 +78,10 @@ def body_states(solver: Kinematics, at: Instants) -> BodyStates:
     return BodyStates(at, poses, slopes * at.rate[:, None], bends * at.rate[:, None] ** 2)
 
 
-def completed(error: float, **more: Any) -> Measurement:
-    """A measurement of a run with an error in every quantity."""
+def completed(error: float, kind: type[AnyResult] = RunResult, **more: Any) -> AnyResult:  # type: ignore[assignment]
+    """A result of a run with an error in every quantity."""
     sizes = dict.fromkeys(("max", "rms", "final"), error)
-    return Measurement("completed", errors={"C": dict.fromkeys(QUANTITIES, sizes)}, **more)
+    return kind("completed", errors={"C": dict.fromkeys(QUANTITIES, sizes)}, **more)
 
 
 def with_values(trajectory: Trajectory, quantity: str, change: Any) -> Trajectory:

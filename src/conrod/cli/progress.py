@@ -49,6 +49,9 @@ class ProgressBar(Progress, Watcher):
         self.start_task(task.id)
         self.update(task.id, total=(task.total or 0) + new)
 
+    def on_emptied(self, count: int) -> None:
+        self._say(f"{self.tasks[0].description}: the ledger's {count} runs are of an older conrod and are made again")
+
     def on_unreadable(self, count: int) -> None:
         self._say(f"{self.tasks[0].description}: {count} in the ledger cannot be read and count as not run; made again")
 

@@ -1,7 +1,7 @@
 """Comparison of a trajectory with the exact motion: errors as docs/design.md names them, at the crank angle reached.
 
 A comparison works with any `ExactReference`; it depends on neither scenes nor engines. `compare` is for users with a
-whole trajectory; studies feed each `Stretch` of a run to the recorders of `run_errors`, with the same errors.
+whole trajectory; studies feed each `ComparedPiece` of a run to the recorders of `run_errors`, with the same errors.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
         raise InvalidInput(f"compare takes a scene, not its name: SCENES[{reference!r}]")
     if trajectory.outcome is not Outcome.COMPLETED or trajectory.bodies is None:
         raise ValueError(f"a run that ended as {trajectory.outcome.slug!r} has no errors: {trajectory.reason}")
-    run = Stretch(trajectory, reference)
+    run = ComparedPiece(trajectory, reference)
     drive = {name: float(values.max()) for name, values in run.drive.items()}
     return Comparison(
         points=Named(run.points, "observed point"),
@@ -115,11 +115,11 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class ComparedPiece:
     """A run, or a part of it, with its exact motion; errors at every sample are computed once, when they are needed.
 
     Attributes:
-        samples_remaining: samples of the run after the last one of this stretch.
+        samples_remaining: samples of the run after the last one of this piece.
     """
 
     trajectory: Trajectory

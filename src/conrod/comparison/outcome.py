@@ -30,7 +30,7 @@ CHANGE_POINT_DISTANCE = 0.1
 
 @dataclass(frozen=True)
 class RunVerdict:
-    """How a run ended: its outcome, and the reason in words. Whether its errors pass is `Result.passed`.
+    """How a run ended: its outcome, and the reason in words. Whether its errors pass is `JudgedResult.passed`.
 
     Attributes:
         largest: the reason in three parts if it states a size: the words before it, the size [m], the words after it.
@@ -76,8 +76,8 @@ def judge_outcome(
     """Judge a run by its recorded states.
 
     Args:
-        bodies: states of the run, or of a stretch of it.
-        before: verdict on the part of the run before the stretch.
+        bodies: states of the run, or of a piece of it.
+        before: verdict on the part of the run before the piece.
     """
     rules = (_find_divergence, _find_explosion, _find_stall, _find_lost_contact, _find_open_joint, _find_branch_flip)
     found = (verdict for rule in rules if (verdict := rule(kinematics, bodies, speed)) is not None)

@@ -1,4 +1,4 @@
-"""Recorders of errors for a run that comes in stretches; results do not depend on how it was cut, bit for bit.
+"""Recorders of errors for a run that comes in pieces; results do not depend on how it was cut, bit for bit.
 
 Recorders keep no samples but those that they report, and those that wait for the rest of a block.
 """
@@ -12,15 +12,15 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from conrod.comparison.compare import COMPARED_QUANTITIES, Size, Stretch
+from conrod.comparison.compare import COMPARED_QUANTITIES, ComparedPiece, Size
 from conrod.exact.motion import Array
 
 
 class Recorder(Protocol):
-    """A receiver of the stretches of a run in their order, until the run ends or breaks."""
+    """A receiver of the pieces of a run in their order, until the run ends or breaks."""
 
-    def add(self, stretch: Stretch) -> None:
-        """Take the next stretch of the run."""
+    def add(self, piece: ComparedPiece) -> None:
+        """Take the next piece of the run."""
 
 
 class SeriesSplitter:
@@ -99,10 +99,10 @@ class PointSizes:
     def __init__(self) -> None:
         self._sizes: defaultdict[str, defaultdict[str, RunningSize]] = defaultdict(lambda: defaultdict(RunningSize))
 
-    def add(self, stretch: Stretch) -> None:
-        for name, errors in stretch.points.items():
+    def add(self, piece: ComparedPiece) -> None:
+        for name, errors in piece.points.items():
             for quantity in COMPARED_QUANTITIES:
-                self._sizes[name][quantity].add(getattr(errors, quantity).error, stretch.samples_remaining)
+                self._sizes[name][quantity].add(getattr(errors, quantity).error, piece.samples_remaining)
 
     @property
     def errors(self) -> dict[str, dict[str, dict[str, float]]]:
@@ -123,14 +123,14 @@ class RunErrors(PointSizes):
         self._largest: defaultdict[str, dict[str, float]] = defaultdict(dict)
         self._phase: float  # phase error of the last sample [rad]
 
-    def add(self, stretch: Stretch) -> None:
-        super().add(stretch)
-        phase = {str(k): one for k, one in enumerate(stretch.phase)}
-        for kind, series in (("closure", stretch.closure), ("drive", stretch.drive), ("phase", phase)):
+    def add(self, piece: ComparedPiece) -> None:
+        super().add(piece)
+        phase = {str(k): one for k, one in enumerate(piece.phase)}
+        for kind, series in (("closure", piece.closure), ("drive", piece.drive), ("phase", phase)):
             known = self._largest[kind]
             for name, values in series.items():
                 known[name] = float(np.max(values, initial=known.get(name, 0.0)))
-        self._phase = float(stretch.phase[0][-1])
+        self._phase = float(piece.phase[0][-1])
 
     def as_dict(self) -> dict[str, Any]:
         """Errors of points, closures, phase and drive, as saved in a measurement."""

@@ -76,18 +76,12 @@ def default_steps(machine: Machine) -> int:
 
 # -- settings and presets ----------------------------------------------------------------------------------------------
 
-# Fields that settings gained after results had been cached, with the value that all earlier runs had. A field with this
-# value is left out, so that keys of results, and reports, stay the same.
-FIELDS_ADDED_LATER: Mapping[str, Any] = {"refsafe": True, "rounded_state": False, "dressing": ()}
-
 
 @dataclass(frozen=True)
 class EngineSettings(ABC):
     """Settings that every engine that ships has, in SI; InvalidInput names a value out of range."""
 
     engine: ClassVar[str]
-    # Fields that settings have lost since results were cached, with their value then, so that keys stay the same.
-    former_fields: ClassVar[Mapping[str, Any]] = {}
 
     preset: str
     steps_per_revolution: int
@@ -102,17 +96,9 @@ class EngineSettings(ABC):
         """Time constant [s] with which joints or contacts correct a violation; 0 if within one step."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the fields as JSON values, so that equal settings of any version of conrod have equal keys.
-
-        Fields that the class no longer has (`former_fields`) are included; those that it gained later
-        (`FIELDS_ADDED_LATER`) only if they differ from their default.
-        """
+        """Return the fields as JSON values."""
         # `dataclasses.asdict` would copy each value, which took most of the time to find a finished run.
-        return {**self.former_fields} | {
-            name: list(value) if type(value) is tuple else value
-            for name, value in vars(self).items()
-            if name not in FIELDS_ADDED_LATER or value != FIELDS_ADDED_LATER[name]
-        }
+        return {name: list(value) if type(value) is tuple else value for name, value in vars(self).items()}
 
     @classmethod
     def stock(cls, machine: Machine, steps_per_revolution: int) -> Self:

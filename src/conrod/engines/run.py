@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.comparison.compare import Stretch
+from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.outcome import RunVerdict, judge_outcome
 from conrod.comparison.run_errors import Recorder
 from conrod.comparison.trajectory import (
@@ -99,9 +99,9 @@ def feed_recorders(
         left = samples - piece.first_step - len(piece.clock)
         on_piece(found)
         if found.outcome is Outcome.COMPLETED:
-            stretch = Stretch(found, machine, max(0, left))
+            compared = ComparedPiece(found, machine, max(0, left))
             for recorder in recorders:
-                recorder.add(stretch)
+                recorder.add(compared)
     if found.outcome is Outcome.COMPLETED and left > 0:
         return RunVerdict(Outcome.CRASHED, f"the run ended after {samples - left} of {samples} samples")
     return RunVerdict(found.outcome, found.reason)
@@ -142,11 +142,11 @@ def _check_span(machine: Machine, span: tuple[float, float], revolutions: float,
 
 
 @dataclass(frozen=True)
-class RecordedStretch:
-    """Tracks of consecutive samples of a run; the last samples of the stretch before may come first.
+class RecordedPiece:
+    """Tracks of consecutive samples of a run; the last samples of the piece before may come first.
 
     Attributes:
-        clock: the engine's clock at the samples of this stretch [s]; None if it has no clock.
+        clock: the engine's clock at the samples of this piece [s]; None if it has no clock.
         finish_verdict: returns the verdict on the run so far, given the verdict on its motion alone.
     """
 
@@ -165,7 +165,7 @@ def record_pieces(
     revolutions: float,
     start_angle: float,
     steps: int,
-    record: Callable[[int, Array], RecordedStretch],
+    record: Callable[[int, Array], RecordedPiece],
     preceding: int = 0,
 ) -> Iterator[Piece]:
     """Record a run in pieces of `steps` steps; the first piece has the start sample too.
@@ -174,7 +174,7 @@ def record_pieces(
         version: version of the engine.
         record: advances the engine to the last of T samples and returns their tracks; its arguments are the number in
             the run of the first sample and the nominal times (T,) [s].
-        preceding: number of samples of the stretch before that come first again, at most.
+        preceding: number of samples of the piece before that come first again, at most.
     """
     begun, samples = start_angle / machine.speed, round(settings.steps_per_revolution * revolutions) + 1
     clock, judged = begun, RunVerdict(Outcome.COMPLETED)

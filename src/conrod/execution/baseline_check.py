@@ -19,7 +19,7 @@ from conrod.execution.baseline import ORDER_PREFIX, BandedNumber, Baseline, Base
 from conrod.execution.case import identity_digest
 from conrod.execution.files import check_writable_folder
 from conrod.execution.resolve_arguments import TOLERANCE_NAMES
-from conrod.execution.result import Result, SceneResults
+from conrod.execution.result import JudgedResult, SceneResults
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 
@@ -109,7 +109,7 @@ def scene_lines(found: Sequence[SceneResults[Any]]) -> dict[str, BaselineLine]:
     return {f"{name}{one.engine} {one.preset or 'kinematic'}": _result_line(one) for name, one in pairs}
 
 
-def _result_line(result: Result) -> BaselineLine:
+def _result_line(result: JudgedResult) -> BaselineLine:
     orders = result.order or {}
     # Whatever may be judged: tolerances may be others the next time.
     names = [*orders, *(TOLERANCE_NAMES if result.preset else QUANTITIES)] if result.completed else []

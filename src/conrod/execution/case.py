@@ -1,4 +1,4 @@
-"""Cases, measurements and studies: a run that determines its result, and generators that ask for runs batch by batch.
+"""Cases, results and studies: a run that determines its result, and generators that ask for runs batch by batch.
 
 A study is answered from the ledger or by an executor.
 """
@@ -11,70 +11,57 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
-import numpy as np
-
+from conrod.comparison.plain_values import restore
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import is_plugin
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 
+OUTCOMES = {outcome.slug for outcome in Outcome}
 MEASURES = ("max", "rms", "final")
 Sizes = Mapping[str, float]
 
+# Raised when a result of the same case would come out otherwise, mean something else or be written otherwise than
+# before: each ledger of an older version is emptied.
+CACHE_VERSION = 2
+
 
 @dataclass(frozen=True)
-class Measurement:
-    """Outcome and, of a completed run alone, its errors; all normalised as docs/design.md says.
+class CaseResult:
+    """The result of a case, by one class in memory, in a ledger and in JSON; each study extends it.
 
     Attributes:
-        errors: point -> position, velocity, acceleration, total -> max, rms, final.
-        closure: largest gap of a joint, its rate and its acceleration.
-        phase: max and final [rad].
-        drive: speed and acceleration.
-        prediction: quantity -> largest error predicted from the joints alone, and its largest difference from the
-            measured one.
-        misfit: quantity -> difference of predicted and measured error, what is allowed, and the crank angle [rad], of
-            quantities out of what is allowed alone; None where there is none, see `ReferenceGuard`.
-        signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
-            the last turn, the first at its start.
-        extremes: records of a run at its engine's limits, see `conrod.studies.limits.records`.
-        payload: further findings of one study, plain values that only this study reads; saved as `beside`.
+        outcome: slug of an `Outcome`; errors are those of a completed run alone.
+        reason: why it ended so, in words.
     """
 
-    outcome: str
+    quantities: ClassVar[tuple[str, ...]] = ()  # whose errors stand in the table of all runs
+    measures: ClassVar[tuple[str, ...]] = MEASURES
+
+    outcome: str = Outcome.COMPLETED.slug
     reason: str = ""
-    errors: Mapping[str, Mapping[str, Sizes]] | None = None
-    closure: Sizes | None = None
-    phase: Sizes | None = None
-    drive: Sizes | None = None
-    prediction: Mapping[str, Sizes] | None = None
-    misfit: Mapping[str, Sizes] | None = None
-    signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
-    extremes: Mapping[str, Any] | None = None
-    payload: Mapping[str, Any] | None = None
+
+    @property
+    def completed(self) -> bool:
+        """True if the run came to its end."""
+        return self.outcome == Outcome.COMPLETED.slug
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
-        """Largest error of a quantity over the observed points; None unless the run completed."""
-        # `max` would pass over what is no number.
-        found = [point[quantity][measure] for point in (self.errors or {}).values()]
-        return float(np.max(found)) if found else None
+        """Largest error of a quantity; None if the quantity has no error."""
+        return None
 
-    def signed_errors(self, point: str, quantity: str) -> Array:
-        """Signed errors (K, 2) of a point; ValueError unless the run completed."""
-        if self.signed is None:
-            raise ValueError(f"a run that ended as {self.outcome!r} has no errors")
-        return np.asarray(self.signed[point][quantity], dtype=float)
+    def sizes(self) -> dict[str, dict[str, float]]:
+        """Largest errors, by quantity and measure, for the table of all runs."""
+        found = {
+            q: {m: size for m in self.measures if (size := self.largest(q, m)) is not None} for q in self.quantities
+        }
+        return {quantity: sizes for quantity, sizes in found.items() if sizes}
 
 
 def contradictions(misfit: Mapping[str, Sizes]) -> dict[str, Sizes]:
     """Return the quantities whose measured errors the constraint violations do not explain."""
     return {name: found for name, found in misfit.items() if not found["difference"] <= found["allowed"]}
-
-
-# Raised when the measurement of the same run would come out otherwise, or mean something else, than before.
-RESULT_VERSION = 1
 
 
 def identity_digest(text: str) -> str:
@@ -89,6 +76,9 @@ class Case(ABC):
     Attributes:
         name: name of the scene, for people; not part of the key.
     """
+
+    study: ClassVar[str]  # name of the study that makes the case, for the table of all runs
+    result_type: ClassVar[type[Any]]  # a `CaseResult`
 
     name: str
     scene: Scene = field(repr=False)
@@ -111,32 +101,41 @@ class Case(ABC):
         return 0.0
 
     @abstractmethod
-    def perform(self) -> Measurement:
-        """Run the case in the calling process and return its measurement.
+    def perform(self) -> CaseResult:
+        """Run the case in the calling process and return its result.
 
         Raises:
             InvalidInput: the case cannot be run for a reason that a user can mend.
         """
 
+    def failed_result(self, outcome: Outcome, reason: str) -> CaseResult:
+        """Return the result of a case whose process ended without giving one."""
+        failed: CaseResult = self.result_type(outcome.slug, reason)
+        return failed
+
+    def restore_result(self, saved: Mapping[str, Any]) -> CaseResult:
+        """Restore a result of this case from its plain values.
+
+        Raises:
+            InvalidInput: the values are of another kind.
+        """
+        restored: CaseResult = restore(self.result_type, saved)
+        if restored.outcome not in OUTCOMES:
+            raise InvalidInput(f"saved values have the outcome {restored.outcome!r}, which no run has")
+        return restored
+
     @abstractmethod
-    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
-        """All values that determine the result, with these parameters in place of the scene's."""
+    def key_fields(self) -> dict[str, Any]:
+        """Plain values that determine the result in addition to the study and the scene; part of the key."""
 
     def identity(self) -> dict[str, Any]:
         """All values that determine the result, in plain types; the key is made from them."""
         return self._identity(self.scene.identity())
 
-    def can_read(self, measurement: Measurement) -> bool:
-        """Return whether this conrod can read a measurement, which another version may have kept."""
-        try:
-            Outcome.from_slug(measurement.outcome)
-            self._check_readable(measurement)
-        except (InvalidInput, KeyError, TypeError):
-            return False
-        return True
-
-    def _check_readable(self, measurement: Measurement) -> None:  # noqa: B027  most studies read a measurement as it is
-        """Read the parts that studies of this case read; raise the errors that `can_read` catches."""
+    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
+        """The identity with these parameters in place of the scene's."""
+        named = {"cache_version": CACHE_VERSION, "study": self.study, "scene": self.scene.kind}
+        return named | {"parameters": parameters} | self.key_fields()
 
     @property
     def labels(self) -> dict[str, str]:
@@ -158,7 +157,7 @@ class Case(ABC):
 # -- studies ---------------------------------------------------------------------------------------------------------
 
 Found = TypeVar("Found")
-Results = Mapping[str, Measurement]  # by the key of the case
+Results = Mapping[str, Any]  # by the key of the case, each of its own class
 # Yields the cases that it needs next, is sent the results of all of them, returns its findings.
 Study = Generator[Sequence[Case], Results, Found]
 

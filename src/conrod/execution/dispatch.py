@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from conrod.engines import engine_named
 from conrod.engines.plugin_values import EngineFault
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, Measurement
+from conrod.execution.case import Case, CaseResult
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, LocalProcesses, RetryingExecutor
 from conrod.execution.run import RunCase
@@ -29,6 +29,9 @@ class Watcher:
 
     def on_start(self, total: int, already_finished: int) -> None:
         """Called when cases begin to run: their number, and how many have a result already."""
+
+    def on_emptied(self, count: int) -> None:
+        """Called with the number of runs of an older conrod that were removed from the ledger."""
 
     def on_unreadable(self, count: int) -> None:
         """Called with the number of cases that run again, because their ledger rows are unreadable."""
@@ -47,7 +50,7 @@ def run_cases(
     *,
     fresh: bool = False,
     watcher: Watcher = SILENT_WATCHER,
-) -> dict[str, Measurement]:
+) -> dict[str, Any]:
     """Run the cases that have no result in the ledger, and return the results of all.
 
     A case that kills its process, or ends at a limit of the executor, has that as its outcome. A case that ended at a
@@ -62,21 +65,24 @@ def run_cases(
         InvalidInput: as `Case.perform`, `Ledger.keep` and the executor.
 
     Returns:
-        Measurements by key, in the order of the cases; they do not depend on the order in which cases finished, or on
-        the process that ran them.
+        Results by key, each of its case's own class, in the order of the cases; they do not depend on the order in
+        which cases finished, or on the process that ran them.
     """
+    if ledger.emptied:
+        watcher.on_emptied(ledger.emptied)
+        ledger.emptied = 0
     by_key = {case.key: case for case in cases}
     waiting = by_key if fresh else _unfinished_cases(by_key, ledger, executor.limits)
     watcher.on_start(len(by_key), len(by_key) - len(waiting))
     _run_and_keep(waiting, ledger, executor, fresh, watcher)
-    found = ledger.measurements(by_key)
-    lost = {k: c for k, c in by_key.items() if k not in found or (k not in waiting and not c.can_read(found[k]))}
+    found = ledger.results(by_key)
+    lost = {key: case for key, case in by_key.items() if key not in found}
     if lost:
         watcher.on_unreadable(len(lost))
         watcher.on_start(len(lost), 0)
         ledger.forget(list(lost))
         _run_and_keep(lost, ledger, executor, False, watcher)
-        found |= ledger.measurements(lost)
+        found |= ledger.results(lost)
     if by_key.keys() - found:
         raise InvalidInput(f"the ledger {ledger.path} is damaged: what it keeps cannot be read; name another")
     return {key: found[key] for key in by_key}
@@ -94,14 +100,14 @@ def _run_and_keep(
 ) -> None:
     """Run the cases that no other process runs meanwhile, longest first, and keep each result."""
 
-    def keep_measurement(case: Case, future: Future[Measurement]) -> str:
+    def keep_result(case: Case, future: Future[CaseResult | FailedCall]) -> str:
         try:
-            measurement = future.result()
+            ended = future.result()
         except (WorkerDied, TimeoutError, MemoryError) as error:  # a case cannot cause other errors
-            failed = FailedCall.from_error(error)
-            measurement = Measurement(failed.outcome.slug, failed.reason)
-        ledger.keep(case, measurement, executor.limits.limit_for(measurement.outcome), replace=fresh)
-        return measurement.outcome
+            ended = FailedCall.from_error(error)
+        result = case.failed_result(ended.outcome, ended.reason) if isinstance(ended, FailedCall) else ended
+        ledger.keep(case, result, executor.limits.limit_for(result.outcome), replace=fresh)
+        return result.outcome
 
     _process_unclaimed(
         # Equal efforts in the order of the keys, which is as good as random: so the rate predicts the end.
@@ -111,7 +117,7 @@ def _run_and_keep(
         claim_name=lambda case: case.key,
         is_unfinished=lambda case: fresh or bool(_unfinished_cases({case.key: case}, ledger, executor.limits)),
         submit=lambda case: executor.submit(call_with_cached_scene, perform, case),
-        keep_result=keep_measurement,
+        keep_result=keep_result,
         # Read before every submission: a cluster grows and shrinks.
         max_in_flight=lambda: executor.in_flight,
     )

@@ -1,4 +1,4 @@
-"""The ledger: measurement and cost of every finished run, in one SQLite file that outlives the process."""
+"""The ledger: result and cost of every finished run, in one SQLite file that outlives the process."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import json
 import os
 import sqlite3
 import zlib
-from collections.abc import Collection, Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import asdict
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, fields
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -16,19 +16,19 @@ from typing import TYPE_CHECKING, Any, Self
 import msgspec
 import platformdirs
 
+from conrod.comparison.plain_values import plain_values
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, Measurement, identity_digest
+from conrod.execution.case import Case, CaseResult, identity_digest
 from conrod.execution.ledger_file import LOCK_TIMEOUT, Claims, connect, connect_for_reading, name_ledger_in_errors
+from conrod.execution.results_table import SIZES, tidy_row
 from conrod.execution.writing import real_path
 from conrod.scenes.scene import canonical_json
 
 if TYPE_CHECKING:
     from conrod.execution.timing import Timing
 
-MAX_MEASUREMENT_BYTES = 1 << 28  # usually some kB, or MB with a payload
+MAX_RESULT_BYTES = 1 << 28  # usually some kB, or MB with curves and poses
 LABEL_KEY = "label"  # kept with the identity, and no part of it: the preset that the settings are
-SAVED_NAMES = {"payload": "beside"}  # fields that a row keeps under an older name
-FIELD_NAMES = {saved: name for name, saved in SAVED_NAMES.items()}
 TIMING_COLUMNS = "machine, seconds_per_revolution, reference_seconds, ratio, steps, repeats"
 
 
@@ -48,10 +48,11 @@ class Ledger:
     Attributes:
         claims: claims of this process on the cases that it runs; closed with the ledger.
         damaged: number of runs that `rows` left out because their rows cannot be read.
+        emptied: number of runs of an older version that were removed when the ledger was opened.
     """
 
-    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
-        self.path = path
+    def __init__(self, path: Path, connection: sqlite3.Connection, emptied: int = 0) -> None:
+        self.path, self.emptied = path, emptied
         self._connection = connection
         self.claims = Claims(real_path(path))
         self.damaged = 0
@@ -66,7 +67,7 @@ class Ledger:
         Raises:
             InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
         """
-        return cls(path, connect(path, patience))
+        return cls(path, *connect(path, patience))
 
     @classmethod
     @contextmanager
@@ -106,18 +107,22 @@ class Ledger:
         wanted = set(keys) if found else ()
         return {key: (outcome, allowed) for key, outcome, allowed in found if key in wanted}
 
-    def measurements(self, keys: Iterable[str]) -> dict[str, Measurement]:
-        """Measurements by key, in the order of the keys; keys without a run are left out.
+    def results(self, cases: Mapping[str, Case]) -> dict[str, CaseResult]:
+        """Results of cases, given and returned by key in one order; cases without a run are left out.
 
         A run whose row, or whose case's row, is damaged counts as missing.
         """
-        wanted = list(keys)
-        rows = self._select("SELECT key, identity, measurement FROM runs JOIN cells USING (key) WHERE key IN", wanted)
-        found = {key: _unpack(blob) for key, identity, blob in rows if _restore_identity(key, identity) is not None}
-        return {key: measured for key in wanted if (measured := found.get(key)) is not None}
+        rows = self._select("SELECT key, identity, result FROM runs JOIN cells USING (key) WHERE key IN", cases)
+        saved = {key: _unpack(blob) for key, identity, blob in rows if _restore_identity(key, identity) is not None}
+        found: dict[str, CaseResult] = {}
+        for key, case in cases.items():
+            if (values := saved.get(key)) is not None:
+                with suppress(InvalidInput):  # a damaged row, of values that are no result
+                    found[key] = case.restore_result(values)
+        return found
 
-    def keep(self, case: Case, measurement: Measurement, limit: float | None = None, *, replace: bool = False) -> None:
-        """Save a run's measurement; it replaces the one saved before.
+    def keep(self, case: Case, result: CaseResult, limit: float | None = None, *, replace: bool = False) -> None:
+        """Save the result of a case; it replaces the one saved before.
 
         Args:
             limit: what a run that ended at a limit was allowed: time [s] where it timed out, memory [bytes] where it
@@ -129,9 +134,9 @@ class Ledger:
             self._insert_case(key, case)
             self._connection.execute(
                 "INSERT INTO runs VALUES (?, ?, ?, ?) ON CONFLICT (key) DO UPDATE SET outcome = excluded.outcome, "
-                "allowed = excluded.allowed, measurement = excluded.measurement "
+                "allowed = excluded.allowed, result = excluded.result "
                 "WHERE ? OR excluded.allowed IS NULL OR runs.allowed IS NOT NULL",
-                (key, measurement.outcome, limit, _pack(measurement), replace),
+                (key, result.outcome, limit, _pack(result), replace),
             )
 
     def forget(self, keys: Collection[str]) -> None:
@@ -167,25 +172,21 @@ class Ledger:
     def rows(self) -> Iterator[dict[str, Any]]:
         """Yield a flat row for each run and each machine that timed it, in the order of the keys.
 
-        Columns: see `tidy_row`. Damaged runs are left out, as in `measurements`, and counted in `damaged`.
+        Columns: see `tidy_row`. Damaged runs are left out, as in `results`, and counted in `damaged`.
         """
-        from conrod.execution.results_table import tidy_row
-
         self.damaged = 0
         with name_ledger_in_errors(self.path):
             found = self._connection.execute(
-                f"SELECT cells.key, name, identity, measurement, {TIMING_COLUMNS} FROM cells "
+                f"SELECT cells.key, name, identity, result, {TIMING_COLUMNS} FROM cells "
                 "LEFT JOIN runs ON runs.key = cells.key LEFT JOIN timings ON timings.key = cells.key "
                 "ORDER BY cells.key, machine"
             )
             for key, name, text, blob, *timing in found:
-                identity, measured = _restore_identity(key, text), None if blob is None else _unpack(blob)
-                if identity is None or (measured is None and blob is not None):
+                identity, saved = _restore_identity(key, text), None if blob is None else _unpack(blob)
+                if identity is None or (saved is None and blob is not None):
                     self.damaged += 1
                 else:
-                    yield tidy_row(
-                        key, name, identity, measured, None if timing[0] is None else _restore_timing(timing)
-                    )
+                    yield tidy_row(key, name, identity, saved, None if timing[0] is None else _restore_timing(timing))
 
     # -- SQLite ------------------------------------------------------------------------------------------------------
 
@@ -205,9 +206,13 @@ class Ledger:
         self._connection.execute("INSERT OR IGNORE INTO cells VALUES (?, ?, ?)", (key, case.name, identity))
 
 
-def _pack(measurement: Measurement) -> bytes:
-    # Its fields hold plain values: `plain` would copy them all, which takes longer than all the rest here.
-    values = {SAVED_NAMES.get(name, name): value for name, value in vars(measurement).items() if value is not None}
+def _pack(result: CaseResult) -> bytes:
+    given = ((field, getattr(result, field.name)) for field in fields(result))
+    values = {
+        field.name: plain_values(value) for field, value in given if value is not None or field.default is not None
+    }
+    # The table of all runs reads the largest errors without the code of the study.
+    values |= {SIZES: result.sizes()}
     text = msgspec.json.encode(values)
     if b"null" in text:  # which may be a NaN: JSON has none, Python's own encoder does
         text = json.dumps(values, separators=(",", ":")).encode()
@@ -215,17 +220,16 @@ def _pack(measurement: Measurement) -> bytes:
     return zlib.compress(text, 1)
 
 
-def _unpack(blob: bytes) -> Measurement | None:
-    """Return the measurement in a row, or None if the row is damaged."""
+def _unpack(blob: bytes) -> dict[str, Any] | None:
+    """Return the plain values of the result in a row, or None if the row is damaged."""
     try:
         # Not msgspec's decoder: Python's own wrote and reads a NaN.
         unpacking = zlib.decompressobj()
-        text = unpacking.decompress(blob, MAX_MEASUREMENT_BYTES)
-        if not unpacking.eof:
-            return None
-        return Measurement(**{FIELD_NAMES.get(saved, saved): value for saved, value in json.loads(text).items()})
-    except (zlib.error, ValueError, TypeError, AttributeError, RecursionError):
+        text = unpacking.decompress(blob, MAX_RESULT_BYTES)
+        values = json.loads(text) if unpacking.eof else None
+    except (zlib.error, ValueError, TypeError, RecursionError):
         return None
+    return values if isinstance(values, dict) and isinstance(values.get("outcome"), str) else None
 
 
 def _restore_identity(key: str, text: str) -> dict[str, Any] | None:

@@ -14,12 +14,11 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from conrod.errors import InvalidInput
+from conrod.execution.case import CACHE_VERSION
 from conrod.execution.writing import own_path
 
 # 'crod' in ASCII: tells a ledger from any other SQLite file.
 APPLICATION_ID = 0x63726F64
-# Raised when the tables change; the form of a measurement is versioned by the key of its case.
-SCHEMA_VERSION = 1
 # A write takes a millisecond: who waits this long [s] waits for something that hangs.
 LOCK_TIMEOUT = 30.0
 
@@ -33,7 +32,7 @@ CREATE TABLE runs (
     key TEXT PRIMARY KEY REFERENCES cells,
     outcome TEXT NOT NULL,
     allowed REAL,               -- what a run that ended at a limit was allowed: seconds or bytes
-    measurement BLOB NOT NULL   -- JSON, zlib
+    result BLOB NOT NULL        -- JSON, zlib
 ) STRICT;
 CREATE INDEX stopped ON runs (key) WHERE allowed IS NOT NULL;
 CREATE TABLE timings (
@@ -47,18 +46,23 @@ CREATE TABLE timings (
     PRIMARY KEY (key, machine)
 ) STRICT;
 PRAGMA application_id = {APPLICATION_ID};
-PRAGMA user_version = {SCHEMA_VERSION};
+PRAGMA user_version = {CACHE_VERSION};
 """
 
 
-def connect(path: Path, patience: float = LOCK_TIMEOUT) -> sqlite3.Connection:
+def connect(path: Path, patience: float = LOCK_TIMEOUT) -> tuple[sqlite3.Connection, int]:
     """Connect to the ledger at a path; create the file and its folders if missing.
+
+    A ledger of an older version is emptied: its results count no more, and take minutes to make again.
 
     Args:
         patience: how long to wait for another process that writes [s].
 
     Raises:
         InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod, or locked for long.
+
+    Returns:
+        The connection, and how many runs of an older version were removed.
     """
     real = own_path(path)
     if real.exists() and not real.is_file():
@@ -66,7 +70,7 @@ def connect(path: Path, patience: float = LOCK_TIMEOUT) -> sqlite3.Connection:
     with name_ledger_in_errors(path):
         real.parent.mkdir(parents=True, exist_ok=True)
         connection = sqlite3.connect(real, timeout=patience, isolation_level=None)
-        return _checked_connection(connection, path, patience)
+        return _checked_connection(connection, path, patience, may_empty=True)
 
 
 @contextmanager
@@ -79,8 +83,12 @@ def connect_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
         InvalidInput: as `connect`.
     """
     real, log = own_path(path), own_path(path).with_name(f"{path.name}-wal")
-    if not real.is_file() or (os.access(real, os.W_OK) and os.access(real.parent, os.W_OK)):
-        yield connect(path)
+    if not real.is_file():
+        raise InvalidInput(f"there is no ledger {path}")
+    if os.access(real, os.W_OK) and os.access(real.parent, os.W_OK):
+        with name_ledger_in_errors(path):
+            connection = sqlite3.connect(real, timeout=LOCK_TIMEOUT, isolation_level=None)
+            yield _checked_connection(connection, path, LOCK_TIMEOUT)[0]
         return
     with tempfile.TemporaryDirectory(prefix="conrod-ledger-") as folder, name_ledger_in_errors(path):
         if log.exists() and log.stat().st_size:
@@ -90,19 +98,30 @@ def connect_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
             connection = sqlite3.connect(Path(folder) / real.name, isolation_level=None)
         else:
             connection = sqlite3.connect(f"{real.resolve().as_uri()}?immutable=1", uri=True, isolation_level=None)
-        yield _checked_connection(connection, path, 0.0)
+        yield _checked_connection(connection, path, 0.0)[0]
 
 
-def _checked_connection(connection: sqlite3.Connection, path: Path, patience: float) -> sqlite3.Connection:
-    """Return the connection if its file is a ledger; else close it and raise InvalidInput."""
+def _checked_connection(
+    connection: sqlite3.Connection, path: Path, patience: float, may_empty: bool = False
+) -> tuple[sqlite3.Connection, int]:
+    """Return the connection if its file is a ledger, and how many runs of an older version were removed.
+
+    Raises:
+        InvalidInput: it is none, or one that cannot be used; the connection is closed.
+    """
+    emptied = 0
     with name_ledger_in_errors(path):
         try:
             if _is_blank(connection):
                 _create_tables(connection, patience)
+            if may_empty:
+                emptied = _empty_older_ledger(connection)
             if _pragma(connection, "application_id") != APPLICATION_ID:
                 raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
-            if _pragma(connection, "user_version") > SCHEMA_VERSION:
+            if _pragma(connection, "user_version") > CACHE_VERSION:
                 raise InvalidInput(f"the ledger {path} is from a newer conrod: update conrod or name another ledger")
+            if _is_older(connection):
+                raise InvalidInput(f"the ledger {path} is from an older conrod, whose results count no more")
             if missing := _schema_fault(connection):
                 raise InvalidInput(f"the ledger {path} is damaged: {missing}; remove it or name another")
             # What a file from elsewhere says of its tables calls no function that could do more than compute.
@@ -114,7 +133,7 @@ def _checked_connection(connection: sqlite3.Connection, path: Path, patience: fl
             raise
     # A damaged text is known by what is made of it; SQLite would stop at it.
     connection.text_factory = lambda stored: stored.decode(errors="replace")
-    return connection
+    return connection, emptied
 
 
 def _create_tables(connection: sqlite3.Connection, patience: float) -> None:
@@ -136,6 +155,30 @@ def _create_tables(connection: sqlite3.Connection, patience: float) -> None:
                 connection.execute(statement)
 
 
+def _is_older(connection: sqlite3.Connection) -> bool:
+    """True if the file is a ledger of an older version."""
+    is_ledger = _pragma(connection, "application_id") == APPLICATION_ID
+    return is_ledger and _pragma(connection, "user_version") < CACHE_VERSION
+
+
+def _empty_older_ledger(connection: sqlite3.Connection) -> int:
+    """Replace the tables of an older ledger by empty ones; return the number of runs that it had."""
+    if not _is_older(connection):
+        return 0
+    connection.execute("BEGIN IMMEDIATE")
+    with connection:
+        if not _is_older(connection):  # looked at again with the file locked
+            return 0
+        there = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+        count = int(connection.execute("SELECT count(*) FROM runs").fetchone()[0]) if "runs" in there else 0
+        # A table before those that it refers to.
+        for table in ("timings", "runs", "cells"):
+            connection.execute(f"DROP TABLE IF EXISTS {table}")
+        for statement in LEDGER_TABLES.split(";\n"):
+            connection.execute(statement)
+    return count
+
+
 def _is_blank(connection: sqlite3.Connection) -> bool:
     """True if the file has no table, as one left by a process killed while creating it."""
     tables = connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
@@ -144,7 +187,7 @@ def _is_blank(connection: sqlite3.Connection) -> bool:
 
 TABLE_COLUMNS = {
     "cells": {"key", "name", "identity"},
-    "runs": {"key", "outcome", "allowed", "measurement"},
+    "runs": {"key", "outcome", "allowed", "result"},
     "timings": {"key", "machine", "seconds_per_revolution", "reference_seconds", "ratio", "steps", "repeats"},
 }
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.comparison.compare import Stretch
+from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.outcome import CHANGE_POINT_DISTANCE
 from conrod.comparison.trajectory import ArrayMapper, BodyStates, BodyTracks, Instants, PointTracks
 from conrod.exact import ExactReference
@@ -121,15 +121,15 @@ class Prediction:
         self.sizes = {q: {"predicted": 0.0, "difference": 0.0} for q in QUANTITIES}
         self.misfit: dict[str, Misfit] = {}
 
-    def add(self, stretch: Stretch) -> None:
-        kinematics, (points, bodies) = self._scene.kinematics, self._every_nth_sample(stretch)
+    def add(self, piece: ComparedPiece) -> None:
+        kinematics, (points, bodies) = self._scene.kinematics, self._every_nth_sample(piece)
         for k, (quantity, mended) in enumerate(correct_states(kinematics, bodies).items()):
             once, twice = map(kinematics.point_derivatives, (mended.first, mended.second))
             for name, tracks in points.items():
                 norm = self._scene.lengths[name] * abs(self._scene.speed) ** k
                 track, sizes = getattr(tracks, quantity), self.sizes[quantity]
                 expected = track.values - once[name][k]
-                off = expected - stretch.exact.error(track, name, quantity)
+                off = expected - piece.exact.error(track, name, quantity)
                 for key, values in (("predicted", expected), ("difference", off)):
                     sizes[key] = float(np.max(np.linalg.norm(values, axis=1) / norm, initial=sizes[key]))
                 left = twice[name][k] - once[name][k]
@@ -156,13 +156,13 @@ class Prediction:
                 worst = {"difference": float(apart[at]), "allowed": float(allowed[at]), "angle": float(angle[at])}
                 keep_worst(self.misfit, f"{POINTS_PREFIX} {quantity}", worst)
 
-    def _every_nth_sample(self, stretch: Stretch) -> tuple[Mapping[str, PointTracks], BodyTracks]:
+    def _every_nth_sample(self, piece: ComparedPiece) -> tuple[Mapping[str, PointTracks], BodyTracks]:
         if self._stride == 1:
-            return stretch.trajectory.points, stretch.bodies
+            return piece.trajectory.points, piece.bodies
         cut = ArrayMapper(
-            lambda parts: parts[0][(len(parts[0]) - 1 + stretch.samples_remaining) % self._stride :: self._stride]
+            lambda parts: parts[0][(len(parts[0]) - 1 + piece.samples_remaining) % self._stride :: self._stride]
         )
-        return {name: cut(tracks) for name, tracks in stretch.trajectory.points.items()}, cut(stretch.bodies)
+        return {name: cut(tracks) for name, tracks in piece.trajectory.points.items()}, cut(piece.bodies)
 
 
 def worst_misfit(

@@ -1,16 +1,16 @@
 """Guard of a study's figures: says which scenes' exact motion cannot be trusted, and why.
 
 Every study that compares runs with the exact motion has its runs checked here. `validate` and `forces` judge the same
-differences, by the same bound, in their results (`Result.distrust`).
+differences, by the same bound, in their results (`JudgedResult.distrust`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TypeVar
 
 from conrod.engines import engine_style
-from conrod.execution.case import Case, Measurement, Results, Study, contradictions
+from conrod.execution.case import Case, Results, Study, contradictions
 from conrod.execution.prediction import Misfit, merged_misfit, reference_misfit
 from conrod.execution.result import misfit_words
 from conrod.execution.run import RunCase
@@ -21,7 +21,7 @@ Found = TypeVar("Found")
 class ReferenceGuard:
     """Collector of scenes and engines whose measured errors contradict the joints' equations.
 
-    A run is checked while it is made: its measurement holds a misfit where predicted and measured errors differ by more
+    A run is checked while it is made: its result holds a misfit where predicted and measured errors differ by more
     than second order and rounding explain. Points without a prediction are not judged. The exact motion of each scene
     is also compared with its own joint equations, whether its runs are new or from a ledger.
     """
@@ -31,13 +31,13 @@ class ReferenceGuard:
         self._misfit: dict[str, dict[str, Misfit]] = {}  # of exact motions and runs, by scene name
         self._engines: dict[str, dict[str, None]] = {}  # titles and versions by scene name, in order of occurrence
 
-    def check(self, cases: Iterable[Case], results: Mapping[str, Measurement]) -> None:
-        """Check the measurements of completed runs; other cases have no errors."""
+    def check(self, cases: Iterable[Case], results: Results) -> None:
+        """Check the results of completed runs; other cases have no errors."""
         for case in cases:
-            measured = results[case.key]
-            if not isinstance(case, RunCase) or measured.errors is None:
+            result = results[case.key]
+            if not isinstance(case, RunCase) or result.errors is None:
                 continue
-            found = merged_misfit(self._reference_contradictions(case), measured.misfit or {})
+            found = merged_misfit(self._reference_contradictions(case), result.misfit or {})
             if found:
                 self._misfit[case.name] = merged_misfit(self._misfit.get(case.name, {}), found)
                 engine = f"{engine_style(case.settings.engine).title} {case.engine_version}"

@@ -14,11 +14,11 @@ import stat
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import version as version_of
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import platformdirs
 
@@ -26,8 +26,7 @@ from conrod.comparison.fingerprint import Fingerprint
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
-from conrod.execution.case import Measurement
-from conrod.execution.run import RunCase, measure
+from conrod.execution.run import RunCase, RunResult, measure
 from conrod.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
 from conrod.execution.writing import ROOT_UID, real_path
 
@@ -152,7 +151,12 @@ def _run_command(command: Sequence[str]) -> None:
 
 # -- runs --------------------------------------------------------------------------------------------------------------
 
-FINGERPRINTS_VERSION = 1  # increased when the saved fingerprints of the same run change in value or meaning
+
+@dataclass(frozen=True, kw_only=True)
+class ReleaseResult(RunResult):
+    """A run in a release, with fingerprints of its states and outputs, by their names."""
+
+    bits: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,26 +167,27 @@ class VersionCase(RunCase):
         version: version of the engine.
     """
 
+    study: ClassVar[str] = "versions"
+    result_type: ClassVar[type[Any]] = ReleaseResult
+
     version: str
 
     @property
     def engine_version(self) -> str:
         return self.version
 
-    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
-        return super()._identity(parameters) | {"bits": FINGERPRINTS_VERSION}
-
-    def perform(self) -> Measurement:
+    def perform(self) -> ReleaseResult:
         engine, bits = engine_named(self.settings.engine), Fingerprint()
         if engine.version != self.version:
             raise InvalidInput(f"{engine.name} {engine.version} was to run what is for {self.version}")
         try:
             # The ledger keeps no predicted errors of releases.
-            return replace(measure(self, bits.add), prediction=None, payload={"bits": bits.digests()})
+            measured = vars(measure(self, bits.add)) | {"prediction": None}
+            return ReleaseResult(**measured, bits=bits.digests())
         except InvalidInput:
             raise
         except (AttributeError, TypeError) as error:
             # A release lacks something that conrod uses, and `compat` does not know of.
-            return Measurement(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
+            return ReleaseResult(Outcome.UNSUPPORTED.slug, f"conrod cannot drive it: {type(error).__name__}: {error}")
         except Exception as error:  # of any kind: an old release may fail in any way
-            return Measurement(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")
+            return ReleaseResult(Outcome.CRASHED.slug, f"{type(error).__name__}: {' '.join(str(error).split())}")

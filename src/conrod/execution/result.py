@@ -1,4 +1,4 @@
-"""The result of a scene in an engine with a preset, and the cases that have such a result."""
+"""Results with a verdict, of a scene in an engine with a preset, and the cases that have them."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
-from conrod.comparison.plain_values import plain_values, restore
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Preset, default_steps, run_extent
 from conrod.errors import InvalidInput
-from conrod.execution.case import MEASURES, RESULT_VERSION, Case, Measurement, Study, contradictions
+from conrod.execution.case import Case, CaseResult, Study, contradictions
 from conrod.execution.prediction import POINTS_PREFIX
 from conrod.execution.run import MIN_PASS_STEPS
 from conrod.scenes import Scene
@@ -21,12 +20,10 @@ from conrod.scenes import Scene
 AS_ASKED = "as asked for"
 # Refinement path: the steps per revolution are divided by these; what a preset states in steps or periods follows.
 LINKAGE_DIVISORS, CONTACT_DIVISORS = (8, 4, 2, 1), (16, 8, 4, 2)
-# Fields of a result that have their own columns in the table of results.
-TABLE_FIELDS = ("closure", "phase", "drive", "prediction")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Result(ABC):
+class JudgedResult(CaseResult, ABC):
     """Result of one scene in an engine with a preset: errors and orders of a completed run alone, and a verdict.
 
     Attributes:
@@ -39,15 +36,8 @@ class Result(ABC):
     engine: str
     engine_version: str
     preset: str | None
-    outcome: str = Outcome.COMPLETED.slug
-    reason: str = ""
     order: Mapping[str, float | None] | None = None
     passed: bool | None = None
-
-    @property
-    def completed(self) -> bool:
-        """True if the run came to its end."""
-        return self.outcome == Outcome.COMPLETED.slug
 
     @property
     @abstractmethod
@@ -62,10 +52,6 @@ class Result(ABC):
     def other_failures(self) -> list[str]:
         """Reasons for failing the result other than errors out of tolerance, in words."""
         return []
-
-    @abstractmethod
-    def largest(self, quantity: str, measure: str = "max") -> float | None:
-        """Largest error of a quantity; None if the quantity has no error."""
 
     @property
     def acceleration_error(self) -> float | None:
@@ -84,8 +70,7 @@ class Result(ABC):
     def with_verdict(self, asked: Mapping[str, float] | None = None) -> Self:
         """Return the result with its verdict, `passed`.
 
-        It is called when a result is found, and again when it is read from the ledger, where a user's tolerances may
-        have to replace those of the study.
+        Once, when the result is made; a user's tolerances, which no ledger keeps, give another result.
 
         Args:
             asked: tolerances of the user; None for the result's own.
@@ -103,7 +88,7 @@ class Result(ABC):
         """Return the result with other tolerances."""
 
 
-Found = TypeVar("Found", bound=Result)
+Found = TypeVar("Found", bound=JudgedResult)
 Point = TypeVar("Point")
 
 
@@ -209,22 +194,16 @@ def run_refinement_path(
 
 
 @dataclass(frozen=True)
-class EngineCase(Case, Generic[Found]):
-    """A scene in an engine with a preset, whose whole result is kept, and judged when it is read.
+class JudgedCase(Case, Generic[Found]):
+    """A scene in an engine with a preset, whose result has a verdict.
 
-    Tolerances that a user asks for are no part of it: what they decide is decided when a result is read.
+    Tolerances that a user asks for are no part of it: what they decide is decided when a study reads the result.
 
     Attributes:
         engine: name.
         preset: name; None of kinematic mode.
         plan: plan of the runs, with the tolerances that a user asks for.
     """
-
-    study: ClassVar[str]
-    kind: ClassVar[type[Any]]  # of the result
-    quantities: ClassVar[tuple[str, ...]]  # whose errors a result has
-    measures: ClassVar[tuple[str, ...]] = MEASURES
-    version: ClassVar[int] = 1  # raised when the same run would come out otherwise, or mean something else
 
     engine: str
     preset: str | None
@@ -255,71 +234,42 @@ class EngineCase(Case, Generic[Found]):
         """Return the result with its known facts, before anything is measured."""
 
     @abstractmethod
-    def run(self) -> Found:
-        """Make the runs, and return the result judged by the study's own tolerances; raises as `perform`."""
+    def perform(self) -> Found:
+        """Make the runs, and return the result judged by the study's own tolerances."""
 
     def failed_result(self, outcome: Outcome, reason: str) -> Found:
-        """Return the result of a case whose process ended without giving one."""
-        return replace(self.empty_result(), outcome=outcome.slug, reason=reason).with_verdict(self.tolerance)
+        return replace(self.empty_result(), outcome=outcome.slug, reason=reason).with_verdict()
 
-    @abstractmethod
-    def key_fields(self) -> dict[str, Any]:
-        """Plain values that determine the result in addition to scene, engine and preset; part of the key."""
-
-    def case_fields(self) -> dict[str, Any]:
+    def name_fields(self) -> dict[str, Any]:
         """Fields of the result taken from the case, not from the ledger: equal machines may differ in name."""
         return {"scene": self.name, "parameters": self.scene.parameters}
 
-    def perform(self) -> Measurement:
-        found = self.run()
-        sizes = {
-            q: {m: size for m in self.measures if (size := found.largest(q, m)) is not None} for q in self.quantities
-        }
-        kept = {"sizes": sizes, "passed": found.passed, "result": plain_values(found)}
-        columns = {name: getattr(found, name, None) for name in TABLE_FIELDS}
-        return Measurement(found.outcome, found.reason, **columns, payload=kept)
+    def requested_result(self, result: Found) -> Found:
+        """Return the result under this case's name, judged by the tolerances that the user asked for, if any."""
+        named = replace(result, **self.name_fields())
+        return named if self.tolerance is None else named.with_verdict(self.tolerance)
 
-    def result(self, measurement: Measurement) -> Found:
-        """Restore the result from this case's measurement, judged by the requested tolerances.
+    @abstractmethod
+    def run_fields(self) -> dict[str, Any]:
+        """Plain values of the key that describe the runs."""
 
-        Raises:
-            InvalidInput: the measurement is of another kind.
-        """
-        if measurement.payload is None:
-            return self.failed_result(Outcome.from_slug(measurement.outcome), measurement.reason)
-        kept: Found = restore(self.kind, measurement.payload["result"])
-        return replace(kept, **self.case_fields()).with_verdict(self.tolerance)
-
-    def _check_readable(self, measurement: Measurement) -> None:
-        if measurement.payload is not None:
-            self.result(measurement)
-
-    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
-        return {
-            "result_version": RESULT_VERSION,
-            "study": self.study,
-            "study_version": self.version,
-            "scene": self.scene.kind,
-            "parameters": parameters,
-            "engine": self.engine,
-            "engine_version": self.loaded_engine.version,
-            "preset": self.preset,
-            **self.key_fields(),
-        }
+    def key_fields(self) -> dict[str, Any]:
+        named = {"engine": self.engine, "engine_version": self.loaded_engine.version, "preset": self.preset}
+        return named | self.run_fields()
 
 
-def case_results(cases: Iterable[EngineCase[Found]]) -> Study[dict[str, tuple[Found, ...]]]:
+def case_results(cases: Iterable[JudgedCase[Found]]) -> Study[dict[str, tuple[Found, ...]]]:
     """Study that runs all cases in one round; returns results by scene, in the order of the cases."""
     asked = list(cases)
     kept = yield asked
     found: dict[str, list[Found]] = {case.name: [] for case in asked}
     for case in asked:
-        found[case.name].append(case.result(kept[case.key]))
+        found[case.name].append(case.requested_result(kept[case.key]))
     return {name: tuple(results) for name, results in found.items()}
 
 
 def presets_study(
-    case: type[EngineCase[Found]],
+    case: type[JudgedCase[Found]],
     scenes: Mapping[str, Scene],
     engines: Sequence[Engine[Any]],
     presets: Mapping[str, Sequence[str | None]],

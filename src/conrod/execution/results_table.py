@@ -6,30 +6,31 @@ import csv
 import io
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import MEASURES, Measurement
-from conrod.execution.timing import Timing
+from conrod.execution.case import MEASURES
 
-# Study -> names that only the identities of its runs have.
-STUDY_MARKS = {"limits": {"watched", "repeated", "gap_spans"}, "ablate": {"change", "cost"}, "versions": {"bits"}}
+if TYPE_CHECKING:
+    from conrod.execution.timing import Timing
+
+SIZES = "sizes"  # of a saved result: its largest errors by quantity and measure, see `CaseResult.sizes`
 TIMING_FIELDS = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
 
 
 def tidy_row(
-    key: str, name: str, identity: Mapping[str, Any], measurement: Measurement | None, timing: Timing | None
+    key: str, name: str, identity: Mapping[str, Any], result: Mapping[str, Any] | None, timing: Timing | None
 ) -> dict[str, Any]:
-    """Make the row of a run; a column without a value is None.
+    """Make the row of a run from the plain values of its result; a column without a value is None.
 
     Columns, in this order:
         key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, `forces` or `free`,
-        else limits, ablate, versions, or sweep (`study_name`); parameter.NAME [SI], of a machine from a file its
-        mechanism as JSON; engine, engine_version; preset that settings are or come from: None of others, and of runs
-        kept before presets were noted with them;
+        else limits, ablate, versions, or sweep, whose runs several studies share; parameter.NAME [SI], of a machine
+        from a file its mechanism as JSON; engine, engine_version; preset that settings are or come from, None of
+        others;
         setting.NAME [SI];
-        steps_per_revolution, revolutions, start_angle [rad], result_version; outcome, reason;
+        steps_per_revolution, revolutions, start_angle [rad], cache_version; outcome, reason;
         passed: the verdict by conrod's own tolerances, of a result of `conrod validate`, `forces` or `free`;
         position, velocity, acceleration, total, each _max, _rms, _final: largest of the observed points, normalised;
         closure_position, _velocity, _acceleration; phase_max, _final [rad]; drive_speed, _acceleration;
@@ -43,7 +44,7 @@ def tidy_row(
         "key": key,
         "scene": name,
         "kind": identity["scene"],
-        "study": study_name(identity),
+        "study": identity["study"],
         **{f"parameter.{n}": _table_value(value) for n, value in identity["parameters"].items()},
         "engine": identity["engine"],
         "engine_version": identity["engine_version"],
@@ -52,18 +53,10 @@ def tidy_row(
         "steps_per_revolution": steps,
         "revolutions": identity.get("revolutions"),
         "start_angle": identity.get("start_angle"),
-        "result_version": identity["result_version"],
-        **_measurement_columns(measurement),
+        "cache_version": identity["cache_version"],
+        **_result_columns(result or {}),
         **{name: None if timing is None else getattr(timing, name) for name in TIMING_FIELDS},
     }
-
-
-def study_name(identity: Mapping[str, Any]) -> str:
-    """Name of the study that made a run, from its identity; "sweep" for runs that several studies share."""
-    for study, marks in STUDY_MARKS.items():
-        if not marks.isdisjoint(identity):
-            return study
-    return str(identity.get("study", "sweep"))
 
 
 def _table_value(value: Any) -> Any:
@@ -73,22 +66,22 @@ def _table_value(value: Any) -> Any:
     return " ".join(str(part) for part in value) if isinstance(value, list | tuple) else value
 
 
-def _measurement_columns(measurement: Measurement | None) -> dict[str, Any]:
-    m = measurement if measurement is not None else Measurement(outcome="")
-    closure, phase, drive, prediction = m.closure or {}, m.phase or {}, m.drive or {}, m.prediction or {}
+def _result_columns(result: Mapping[str, Any]) -> dict[str, Any]:
+    closure, phase, drive, prediction, sizes = (
+        result.get(name) or {} for name in ("closure", "phase", "drive", "prediction", SIZES)
+    )
     predicted = {q: prediction.get(q, {}) for q in QUANTITIES}
-    kept = m.payload or {}
     return {
-        "outcome": m.outcome or None,
-        "reason": m.reason or None,
-        "passed": kept.get("passed"),
-        **{f"{q}_{measure}": m.largest(q, measure) for q in COMPARED for measure in MEASURES},
+        "outcome": result.get("outcome"),
+        "reason": result.get("reason") or None,
+        "passed": result.get("passed"),
+        **{f"{q}_{measure}": sizes.get(q, {}).get(measure) for q in COMPARED for measure in MEASURES},
         **{f"closure_{q}": closure.get(q) for q in QUANTITIES},
         **{f"phase_{measure}": phase.get(measure) for measure in ("max", "final")},
         **{f"drive_{q}": drive.get(q) for q in ("speed", "acceleration")},
         **{f"predicted_{q}": predicted[q].get("predicted") for q in QUANTITIES},
         **{f"predicted_{q}_difference": predicted[q].get("difference") for q in QUANTITIES},
-        **{f"{q}_{measure}": size for q, sizes in kept.get("sizes", {}).items() for measure, size in sizes.items()},
+        **{f"{q}_{measure}": size for q, found in sizes.items() for measure, size in found.items()},
     }
 
 

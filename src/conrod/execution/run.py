@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from conrod.comparison.compare import ExactMotions, Stretch
+from conrod.comparison.compare import COMPARED_QUANTITIES, ComparedPiece, ExactMotions
 from conrod.comparison.run_errors import RunErrors
 from conrod.comparison.trajectory import ArrayMapper, Outcome, Settings, Track, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.engine import CUSTOM, Machine, run_extent
 from conrod.engines.run import check_run, run_with_recorders
-from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import RESULT_VERSION, Case, Measurement, contradictions
+from conrod.exact.motion import QUANTITIES, Array
+from conrod.execution.case import Case, CaseResult, Sizes, contradictions
 from conrod.execution.prediction import Prediction
 
 REVOLUTIONS = 2.0
@@ -29,6 +29,46 @@ PREDICTED_SAMPLES_PER_TURN = 2000
 
 
 @dataclass(frozen=True)
+class RunResult(CaseResult):
+    """Outcome and, of a completed run alone, its errors; all normalised as docs/design.md says.
+
+    Attributes:
+        errors: point -> position, velocity, acceleration, total -> max, rms, final.
+        closure: largest gap of a joint, its rate and its acceleration.
+        phase: max and final [rad].
+        drive: speed and acceleration.
+        prediction: quantity -> largest error predicted from the joints alone, and its largest difference from the
+            measured one.
+        misfit: quantity -> difference of predicted and measured error, what is allowed, and the crank angle [rad], of
+            quantities out of what is allowed alone; None where there is none, see `ReferenceGuard`.
+        signed: point -> position, velocity, acceleration -> signed errors (K, 2) at K equally spaced crank angles of
+            the last turn, the first at its start.
+    """
+
+    quantities: ClassVar[tuple[str, ...]] = COMPARED_QUANTITIES
+
+    errors: Mapping[str, Mapping[str, Sizes]] | None = None
+    closure: Sizes | None = None
+    phase: Sizes | None = None
+    drive: Sizes | None = None
+    prediction: Mapping[str, Sizes] | None = None
+    misfit: Mapping[str, Sizes] | None = None
+    signed: Mapping[str, Mapping[str, list[list[float]]]] | None = None
+
+    def largest(self, quantity: str, measure: str = "max") -> float | None:
+        """Largest error of a quantity over the observed points; None unless the run completed."""
+        # `max` would pass over what is no number.
+        found = [point[quantity][measure] for point in (self.errors or {}).values()]
+        return float(np.max(found)) if found else None
+
+    def signed_errors(self, point: str, quantity: str) -> Array:
+        """Signed errors (K, 2) of a point; ValueError unless the run completed."""
+        if self.signed is None:
+            raise ValueError(f"a run that ended as {self.outcome!r} has no errors")
+        return np.asarray(self.signed[point][quantity], dtype=float)
+
+
+@dataclass(frozen=True)
 class RunCase(Case):
     """A run of a scene at constant crank speed.
 
@@ -38,12 +78,15 @@ class RunCase(Case):
         signed_angles: equally spaced crank angles of the last turn at which signed errors are kept.
     """
 
+    study: ClassVar[str] = "sweep"  # whose runs several studies share
+    result_type: ClassVar[type[Any]] = RunResult
+
     settings: Settings
     revolutions: float = REVOLUTIONS
     start_angle: float = 0.0
     signed_angles: int = SIGNED_ANGLES
 
-    def perform(self) -> Measurement:
+    def perform(self) -> RunResult:
         return measure(self)
 
     @property
@@ -59,14 +102,10 @@ class RunCase(Case):
         """Version of the engine that runs the case."""
         return engine_named(self.settings.engine).version
 
-    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
-        # Fields that settings gained later are not in it where they are as they always were: keys stay what they were.
+    def key_fields(self) -> dict[str, Any]:
         settings = self.settings.as_dict()
-        del settings["preset"]
+        del settings["preset"]  # a name for people
         return {
-            "result_version": RESULT_VERSION,
-            "scene": self.scene.kind,
-            "parameters": parameters,
             "engine": self.settings.engine,
             "engine_version": self.engine_version,
             "settings": settings,
@@ -87,11 +126,11 @@ def clamp_to_span(case: AnyRun) -> AnyRun:
     return replace(case, start_angle=start, revolutions=revolutions)
 
 
-def unsupported_measurement(case: RunCase, machine: Machine) -> Measurement | None:
-    """Return an "unsupported" measurement if the engine refuses the case or the pass is too short, else None.
+def run_refusal(case: RunCase, machine: Machine) -> str | None:
+    """Return why the engine refuses the case, or that the pass is too short; None if it can be run.
 
     Args:
-        case: with the stretch that is run, see `clamp_to_span`.
+        case: with the angles that are run, see `clamp_to_span`.
 
     Raises:
         InvalidInput: as `conrod.run`.
@@ -103,13 +142,12 @@ def unsupported_measurement(case: RunCase, machine: Machine) -> Measurement | No
             f"the pass is {taken} steps long at {steps} steps a revolution; "
             f"{MIN_PASS_STEPS} are needed to have accelerations"
         )
-    if refusal is not None:
-        return Measurement(Outcome.UNSUPPORTED.slug, refusal)
-    check_run(machine, case.settings, case.revolutions, case.start_angle)
-    return None
+    if refusal is None:
+        check_run(machine, case.settings, case.revolutions, case.start_angle)
+    return refusal
 
 
-def measure(case: RunCase, on_piece: Callable[[Trajectory], None] = lambda _: None) -> Measurement:
+def measure(case: RunCase, on_piece: Callable[[Trajectory], None] = lambda _: None) -> RunResult:
     """Run a case and compare it with the exact motion.
 
     Args:
@@ -119,15 +157,15 @@ def measure(case: RunCase, on_piece: Callable[[Trajectory], None] = lambda _: No
         InvalidInput: as `conrod.run`.
     """
     engine, case = engine_named(case.settings.engine), clamp_to_span(case)
-    if (unsupported := unsupported_measurement(case, case.scene)) is not None:
-        return unsupported
+    if (refusal := run_refusal(case, case.scene)) is not None:
+        return RunResult(Outcome.UNSUPPORTED.slug, refusal)
     errors, signed = RunErrors(), SignedErrors(case)
     prediction = Prediction(case.scene, max(1, case.settings.steps_per_revolution // PREDICTED_SAMPLES_PER_TURN))
     span, recorders = (case.revolutions, case.start_angle), (errors, prediction, signed)
     ended = run_with_recorders(engine, case.scene, case.settings, *span, *recorders, on_piece=on_piece)
     if ended.outcome is not Outcome.COMPLETED:
-        return Measurement(ended.outcome.slug, ended.reason)
-    return Measurement(
+        return RunResult(ended.outcome.slug, ended.reason)
+    return RunResult(
         outcome=ended.outcome.slug,
         **errors.as_dict(),
         prediction=prediction.sizes,
@@ -154,11 +192,11 @@ class SignedErrors:
             self._times = np.sort((start + (stop - start) * middles) / case.scene.speed)
         self._near: defaultdict[tuple[str, str], list[Track]] = defaultdict(list)
 
-    def add(self, stretch: Stretch) -> None:
-        for name, tracks in stretch.trajectory.points.items():
+    def add(self, piece: ComparedPiece) -> None:
+        for name, tracks in piece.trajectory.points.items():
             for quantity in QUANTITIES:
                 track: Track = getattr(tracks, quantity)
-                # Samples on both sides of each time; those of a time between two stretches are ends of both.
+                # Samples on both sides of each time; those of a time between two pieces are ends of both.
                 after, last = np.searchsorted(track.instants.times, self._times), len(track.values) - 1
                 near = np.unique(np.clip([*(after - 1), *after, 0, last], 0, last))
                 self._near[name, quantity].append(Track(track.instants[near], track.values[near]))

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
 
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, Measurement, Study, pursue
+from conrod.execution.case import Case, Study, pursue
 from conrod.execution.dispatch import SILENT_WATCHER, Watcher, run_cases, time_cases
 from conrod.execution.ledger import Ledger, default_ledger_path
 from conrod.execution.local import LocalProcesses, RetryingExecutor
@@ -108,32 +108,32 @@ class Runner:
             yield cls(ledger, runs, executor)
 
     @contextmanager
-    def case_runner(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Measurement]]]:
+    def case_runner(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Any]]]:
         """Yield a function that runs cases, with one progress bar, and returns results by key."""
-        known: dict[str, Measurement] = {}
+        known: dict[str, Any] = {}
         with self.runs.progress("runs", "completed") as watcher:
 
-            def measure(cases: Sequence[Case]) -> dict[str, Measurement]:
+            def run(cases: Sequence[Case]) -> dict[str, Any]:
                 # A case that two batches ask for runs once, with --fresh too.
                 new = [case for case in cases if case.key not in known]
                 fresh = self.runs.fresh
                 known.update(run_cases(new, self.ledger, self.executor, fresh=fresh, watcher=watcher))
                 return {case.key: known[case.key] for case in cases}
 
-            yield measure
+            yield run
 
     def pursue(self, studies: Sequence[Study[Found]]) -> list[Found]:
         """Run studies together, batch by batch, and return their findings in the same order."""
         with self.case_runner() as run:
             return pursue(studies, run)
 
-    def run_alone(self, cases: Sequence[Case], description: str) -> dict[str, Measurement]:
+    def run_alone(self, cases: Sequence[Case], description: str) -> dict[str, Any]:
         """Run cases one at a time on this machine, for cases that measure wall time."""
         fresh = self.runs.fresh
         with self.runs.processes(1) as executor, self.runs.progress(description, "completed") as watcher:
             return run_cases(cases, self.ledger, executor, fresh=fresh, watcher=watcher)
 
-    def run_in_release(self, requirement: str, cases: Sequence[VersionCase]) -> dict[str, Measurement]:
+    def run_in_release(self, requirement: str, cases: Sequence[VersionCase]) -> dict[str, Any]:
         """Run cases with another release of an engine, installed for them in a separate environment.
 
         Args:
@@ -144,9 +144,9 @@ class Runner:
         """
         from conrod.execution.releases import release_interpreter
 
-        keys = {case.key for case in cases}
-        kept = {} if self.runs.fresh else self.ledger.measurements(keys)
-        if kept.keys() >= keys:
+        by_key = {case.key: case for case in cases}
+        kept = {} if self.runs.fresh else self.ledger.results(by_key)
+        if kept.keys() >= by_key.keys():
             return kept
         with self.runs.progress(f"runs of {requirement}", "completed") as watcher:
             python = release_interpreter(cases[0].settings.engine, requirement, cases[0].version)

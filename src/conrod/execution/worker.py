@@ -22,7 +22,8 @@ from conrod import engines
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.plugin_values import EngineFault, error_line
 from conrod.errors import InvalidInput, portable
-from conrod.execution.case import Case, Measurement
+from conrod.execution.case import Case, CaseResult
+from conrod.execution.local import FailedCall
 from conrod.scenes import Scene
 
 Result = TypeVar("Result")
@@ -32,8 +33,8 @@ AnyCase = TypeVar("AnyCase", bound=Case)
 CACHED_SCENES = 128
 
 
-def perform(case: Case) -> Measurement:
-    """Perform a case in this process, and return its measurement.
+def perform(case: Case) -> CaseResult | FailedCall:
+    """Perform a case in this process, and return its result.
 
     An error that an engine of another package raises is the outcome `crashed` of that run; an error of conrod's own
     engines is conrod's fault, and is raised.
@@ -50,7 +51,7 @@ def perform(case: Case) -> Measurement:
         if refused_input or _is_out_of_memory(error):
             raise
         reason = str(error) if isinstance(error, EngineFault) else f"{type(error).__name__}: {error_line(error)}"
-        return Measurement(Outcome.CRASHED.slug, reason)
+        return FailedCall(Outcome.CRASHED, reason)
 
 
 def call_with_cached_scene(task: Callable[[AnyCase], Result], case: AnyCase) -> Result:

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
-from conrod.execution.result import Result, SceneResults
+from conrod.execution.result import JudgedResult, SceneResults
 from conrod.report import numbers
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
@@ -21,15 +21,15 @@ MIN_ACCELERATION_LACK = (
     1e-3  # error of an acceleration, normalised, from which on it is said that an engine lacks a part of it
 )
 
-R = TypeVar("R", bound=Result)
+R = TypeVar("R", bound=JudgedResult)
 
 
-def engine_and_preset(result: Result) -> tuple[str, str]:
+def engine_and_preset(result: JudgedResult) -> tuple[str, str]:
     """Return engine and preset of a result, the first two cells of its row."""
     return engine_style(result.engine).title, result.preset or KINEMATIC
 
 
-def verdict_words(result: Result) -> str:
+def verdict_words(result: JudgedResult) -> str:
     """Say whether a result is within tolerance, or why not, or why its run did not complete."""
     if not result.completed:
         failed = "" if result.passed is not False else "failed, "
@@ -43,7 +43,7 @@ def verdict_words(result: Result) -> str:
     return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.out_of_tolerance()), *result.other_failures()])
 
 
-def lacking_words(result: Result) -> str:
+def lacking_words(result: JudgedResult) -> str:
     """Name the term of accelerations that the engine lacks, if it shows; empty otherwise."""
     look = engine_style(result.engine)
     if not look.missing_term:
@@ -91,7 +91,7 @@ def distrusted_scenes(studies: Sequence[SceneResults[Any]]) -> Iterator[PrintedP
     yield from (verdict_line(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
 
 
-def verdict_cell(result: Result, more: str = "") -> Cell:
+def verdict_cell(result: JudgedResult, more: str = "") -> Cell:
     """Return the verdict on a result as a coloured cell, with more words added."""
     words = verdict_words(result) + more
     if not result.completed and result.passed is None:
@@ -99,7 +99,7 @@ def verdict_cell(result: Result, more: str = "") -> Cell:
     return words if result.passed is None else ColouredCell(words, "good" if result.passed else "bad")
 
 
-def summary_words(results: Iterable[Result]) -> str:
+def summary_words(results: Iterable[JudgedResult]) -> str:
     """Return the verdict on a scene's results in a sentence or two."""
     judged = [r for r in results if r.passed is not None]
     failed = [r for r in judged if not r.passed]
@@ -116,7 +116,7 @@ def summary_words(results: Iterable[Result]) -> str:
     return f"{len(failed)} of {len(judged)} judged results did not pass: {names}."
 
 
-def versions_words(results: Iterable[Result]) -> str:
+def versions_words(results: Iterable[JudgedResult]) -> str:
     """Name the engines of some results with their versions."""
     return ", ".join(dict.fromkeys(f"{engine_style(r.engine).title} {r.engine_version}" for r in results))
 

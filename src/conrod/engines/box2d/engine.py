@@ -20,7 +20,7 @@ from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.capabilities import TIMED_REFERENCE
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.numerics import centre_state, frames_from_centres
-from conrod.engines.run import RecordedStretch, record_pieces, stamped_states
+from conrod.engines.run import RecordedPiece, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, LowerPair, Mechanism, Point, Prismatic, Revolute
 
@@ -181,7 +181,7 @@ def _add_unclosable_joints(made: Box2DWorld, ground: Any) -> None:
 
 
 REVOLUTION = 2.0 * math.pi
-PRECEDING_SAMPLES = 2  # before a stretch of a run, from which its first velocities and accelerations follow
+PRECEDING_SAMPLES = 2  # before a piece of a run, from which its first velocities and accelerations follow
 
 
 class Box2DStepper:
@@ -239,7 +239,7 @@ class Box2DStepper:
 
 def stamped_tracks(
     machine: Machine, mechanism: Mechanism, h: float, times: Array, centres: Array, rates: Array
-) -> RecordedStretch:
+) -> RecordedPiece:
     """Motion of bodies and observed points, each at the instant it belongs to.
 
     A step makes the velocities fit the joints at the present positions, and then moves the bodies: v_n fits x_(n-1),
@@ -271,7 +271,7 @@ def stamped_tracks(
         )
         for name, (place,) in places.items()
     }
-    return RecordedStretch(bodies, points)
+    return RecordedPiece(bodies, points)
 
 
 def run(
@@ -281,7 +281,7 @@ def run(
     stepper, known = Box2DStepper(machine, settings, start_angle), list[Array]()
     states = stepper.states()
 
-    def record(_: int, times: Array) -> RecordedStretch:
+    def record(_: int, times: Array) -> RecordedPiece:
         known[:] = known[-PRECEDING_SAMPLES:]
         known.extend(islice(states, len(times) - len(known)))
         read = np.array(known).swapaxes(0, 1)

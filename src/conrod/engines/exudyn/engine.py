@@ -33,7 +33,7 @@ from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.exudyn import EXUDYN_PRESETS, TRAPEZOIDAL, ExudynSettings
 from conrod.engines.numerics import place_at_angles
-from conrod.engines.run import RecordedStretch, observed_tracks, record_pieces, stamped_states
+from conrod.engines.run import RecordedPiece, observed_tracks, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
 
@@ -283,13 +283,13 @@ def run(
         failed = judged.outcome is Outcome.DIVERGED and stepper.failure
         return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
 
-    def record(first: int, times: Array) -> RecordedStretch:
+    def record(first: int, times: Array) -> RecordedPiece:
         read = np.array(list(islice(states, len(times)))).swapaxes(0, 1)
         bodies = stamped_states(kinematics.mechanism, times, *read)
         # As in Exudyn, the clock is step index times step.
         clock = settings.timestep * np.arange(first, first + len(times), dtype=float)
         tracks = BodyTracks(bodies, bodies, bodies)
-        return RecordedStretch(tracks, observed_tracks(kinematics, bodies), clock, finish_verdict=explain_failure)
+        return RecordedPiece(tracks, observed_tracks(kinematics, bodies), clock, finish_verdict=explain_failure)
 
     return record_pieces(machine, settings, exudyn.__version__, revolutions, start_angle, steps, record)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Self
+from typing import ClassVar, Self
 
 from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, Machine, Preset, step_length
 from conrod.engines.tracks import load_work
@@ -37,7 +37,6 @@ class MuJoCoSettings(EngineSettings):
     """Settings of a MuJoCo run, in SI, named as in MuJoCo where MuJoCo has them."""
 
     engine: ClassVar[str] = "mujoco"
-    former_fields: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
 
     integrator: str = "Euler"
     solver: str = "Newton"

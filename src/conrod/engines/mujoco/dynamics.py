@@ -15,7 +15,7 @@ from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outco
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build
-from conrod.engines.run import RecordedStretch, record_pieces
+from conrod.engines.run import RecordedPiece, record_pieces
 from conrod.exact.motion import Array
 
 # Warnings at which MuJoCo resets the state, unless `autoreset` is off.
@@ -165,7 +165,7 @@ def record_run(
     """Yield the pieces of a run whose samples come from a recorder at its start, MuJoCo's or MJX's."""
     clock, end = -settings.timestep, None  # of the sample before
 
-    def record(first: int, times: Array) -> RecordedStretch:
+    def record(first: int, times: Array) -> RecordedPiece:
         nonlocal clock, end
         states, sensors = recorder.next_samples(len(times))
         instants = sample_instants(made, times, states, sensors)
@@ -173,7 +173,7 @@ def record_run(
         points = point_tracks(made, instants, sensors)
         end = end or detect_engine_stop(states[:, 0], first, clock, recorder.warnings, settings)
         clock = float(states[-1, 0])
-        return RecordedStretch(
+        return RecordedPiece(
             BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings,
             drive_torque(settings, instants), partial(combine_verdicts, ended=end),
         )  # fmt: skip

@@ -21,7 +21,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -126,7 +126,6 @@ class PymunkSettings(EngineSettings):
     """Settings of a pymunk run, in SI, named as in pymunk where pymunk has them."""
 
     engine: ClassVar[str] = "pymunk"
-    former_fields: ClassVar[Mapping[str, Any]] = {"rod": "body"}  # links could be left out, as distances of their pins
 
     iterations: int = 10
     error_bias: float = STOCK_BIAS  # of the joints: share of an error left after a second

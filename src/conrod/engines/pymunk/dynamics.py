@@ -22,7 +22,7 @@ from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import LoadForces, driven_loads
 from conrod.engines.pymunk.space import PYMUNK_VERSION, PymunkSpace, build, build_free
 from conrod.engines.pymunk.stepping import advance, read_states
-from conrod.engines.run import RecordedStretch, record_pieces
+from conrod.engines.run import RecordedPiece, record_pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, cache_blocks, rotate_planar
@@ -122,7 +122,7 @@ def point_tracks(mechanism: Mechanism, at: SampleInstants, centres: Array, rates
 # -- runs at constant speed --------------------------------------------------------------------------------------------
 
 
-# Samples before a stretch of a run, from which its first velocities, accelerations and their instants follow.
+# Samples before a piece of a run, from which its first velocities, accelerations and their instants follow.
 PRECEDING_SAMPLES = 3
 
 
@@ -133,7 +133,7 @@ def run(
     made = build_at_angle(machine, settings, start_angle)
     pushes, known = driven_loads(made, settings), read_states(made)
 
-    def record(_: int, times: Array) -> RecordedStretch:
+    def record(_: int, times: Array) -> RecordedPiece:
         nonlocal known
         # The engine sums speed x step; angles from the step index do not drift. They are written at every step, because
         # the drift of a revolution, corrected at once, would be seen in the acceleration.
@@ -143,7 +143,7 @@ def run(
         found = advance(made, settings.timestep, turns, known, loading, settings.rounded_state)
         known = found[0][-PRECEDING_SAMPLES:], found[1][-PRECEDING_SAMPLES:]
         at = sample_instants(made.mechanism, settings.timestep, times, *found)
-        return RecordedStretch(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
+        return RecordedPiece(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
 
     return record_pieces(machine, settings, PYMUNK_VERSION, revolutions, start_angle, steps, record, PRECEDING_SAMPLES)
 

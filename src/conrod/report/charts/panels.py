@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from conrod.exact.motion import Array
-from conrod.execution.result import Result
+from conrod.execution.result import JudgedResult
 from conrod.report.charts.canvas import (
     add_legend_above,
     draw_tolerance_heads,
@@ -80,6 +80,6 @@ def draw_error_panel(axes: Axes, label: str, curves: Sequence[ErrorCurve]) -> No
     axes.set_ylabel(label)
 
 
-def labelled_style(run: Result) -> dict[str, Any]:
+def labelled_style(run: JudgedResult) -> dict[str, Any]:
     """Return arguments of `Axes.plot` for a result's curve, with its text in the legend."""
     return curve_style(run) | {"label": label(run)}

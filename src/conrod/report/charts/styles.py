@@ -7,7 +7,7 @@ from typing import Any
 
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import ENGINES, PLUGIN_COLOURS, engine_style, line_style
-from conrod.execution.result import Result
+from conrod.execution.result import JudgedResult
 
 CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that belong to no engine
 
@@ -39,7 +39,7 @@ def preset_title(engine: str, preset: str | None) -> str:
     return f"{engine_title(engine)} {preset or ''}".strip()
 
 
-def label(result: Result) -> str:
+def label(result: JudgedResult) -> str:
     """Return engine and preset of a result as a legend's text."""
     return preset_title(result.engine, result.preset)
 
@@ -49,7 +49,7 @@ def colour(engine: str) -> str:
     return engine_style(engine).colour
 
 
-def curve_style(result: Result) -> dict[str, Any]:
+def curve_style(result: JudgedResult) -> dict[str, Any]:
     """Return arguments of `Axes.plot` for a result's curve."""
     return preset_style(result.engine, result.preset)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from conrod.engines.capabilities import MissingCapability, ModelIngredients, capability
-from conrod.execution.case import Case, Measurement, pursue
+from conrod.execution.case import Case, Results, pursue
 from conrod.execution.resolve_arguments import (
     Engines,
     Scenes,
@@ -54,7 +54,7 @@ def ablate(
     studies = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in taken]
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
 
-        def run_or_time(cases: Sequence[Case]) -> Mapping[str, Measurement]:
+        def run_or_time(cases: Sequence[Case]) -> Results:
             # Runs of all side by side; timings after them, alone.
             timed = any(isinstance(case, CostCase) for case in cases)
             return runner.run_alone(cases, "costs") if timed else run(cases)

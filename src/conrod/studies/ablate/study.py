@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import reduce
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.comparison.plain_values import plain_values, restore
 from conrod.comparison.trajectory import Outcome, Settings
 from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import ModelIngredients, require_capability
 from conrod.engines.engine import default_steps
 from conrod.engines.variants import Ingredient
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import Measurement, Results, Study
+from conrod.execution.case import Results, Study
 from conrod.execution.paired_timing import ROUNDS, PairedTiming, time_settings_pair
 from conrod.execution.reference_guard import ReferenceGuard
-from conrod.execution.run import RunCase, clamp_to_span
+from conrod.execution.run import RunCase, RunResult, clamp_to_span
 from conrod.execution.timing import machine_fingerprint
 from conrod.scenes import Scene
 from conrod.studies.ablate.findings import (
@@ -35,7 +34,12 @@ from conrod.studies.ablate.findings import (
     reference_errors,
 )
 
-COST_VERSION = 1  # increased when the saved values of a timing change in meaning
+
+@dataclass(frozen=True)
+class CostResult(RunResult):
+    """Timing of a revolution with two settings; None where its process ended without it."""
+
+    timing: PairedTiming | None = None
 
 
 @dataclass(frozen=True)
@@ -48,25 +52,23 @@ class CostCase(RunCase):
         rounds: number of times that both are timed.
     """
 
+    study: ClassVar[str] = "ablate"
+    result_type: ClassVar[type[Any]] = CostResult
+
     signed_angles: int = 0
     against: Settings = field(kw_only=True)
     machine: str = field(kw_only=True)
     rounds: int = field(kw_only=True, default=ROUNDS)
 
-    def perform(self) -> Measurement:
+    def perform(self) -> CostResult:
         timing = time_settings_pair(
             engine_named(self.settings.engine), self.scene, self.settings, self.against, rounds=self.rounds
         )
-        return Measurement(Outcome.COMPLETED.slug, payload={"paired": plain_values(timing)})
+        return CostResult(timing=timing)
 
-    def _check_readable(self, measurement: Measurement) -> None:
-        if measurement.payload is not None:
-            restore(PairedTiming, measurement.payload["paired"])
-
-    def _identity(self, parameters: dict[str, Any] | None) -> dict[str, Any]:
+    def key_fields(self) -> dict[str, Any]:
         against = {key: value for key, value in self.against.as_dict().items() if key != "preset"}
-        paired = {"cost": COST_VERSION, "machine": self.machine, "rounds": self.rounds}
-        return super()._identity(parameters) | {"against": against} | paired
+        return super().key_fields() | {"against": against, "machine": self.machine, "rounds": self.rounds}
 
 
 ResultsByVariant = Mapping[tuple[Role, str], VariantResult]  # by role and ingredient
@@ -223,7 +225,7 @@ class AblationCases:
     def _result(self, variant: Variant, minimal: Variant, runs: Results, costs: Results) -> VariantResult:
         """Return the result of one model."""
         run, other = (runs[self.run_case(settings).key] for settings in (variant.settings, variant.against))
-        in_full = self.cost_case(variant, variant.against).key if variant.role is Role.REMOVED_FROM_FULL else ""
+        in_full = variant.role is Role.REMOVED_FROM_FULL
         return VariantResult(
             role=variant.role,
             ingredient=variant.ingredient,
@@ -231,13 +233,18 @@ class AblationCases:
             reason=run.reason,
             errors=None if run.errors is None else {q: run.largest(q) or 0.0 for q in JUDGED_ERRORS},
             change=motion_change(run, other),
-            cost=_paired_timing(costs.get(self.cost_case(variant, minimal.settings).key)),
-            cost_in_full=_paired_timing(costs.get(in_full)),
+            cost=self._timing(variant, minimal.settings, costs),
+            cost_in_full=self._timing(variant, variant.against, costs) if in_full else None,
             settings=variant.settings.as_dict(),
         )
 
+    def _timing(self, variant: Variant, against: Settings, costs: Results) -> PairedTiming | None:
+        """Return the timing of a model and other settings; None if it is missing or its process failed."""
+        cost: CostResult | None = costs.get(self.cost_case(variant, against).key)
+        return None if cost is None else cost.timing
 
-def motion_change(run: Measurement, other: Measurement) -> dict[str, float] | None:
+
+def motion_change(run: RunResult, other: RunResult) -> dict[str, float] | None:
     """Largest normalised difference of two motions by quantity; None unless both completed.
 
     The signed errors of both at the same crank angles are subtracted, not the motions: if samples lie at other
@@ -247,11 +254,6 @@ def motion_change(run: Measurement, other: Measurement) -> dict[str, float] | No
         return None
     off = {q: [run.signed_errors(point, q) - other.signed_errors(point, q) for point in run.signed] for q in QUANTITIES}
     return {q: float(np.linalg.norm(np.concatenate(parts), axis=1).max()) for q, parts in off.items()}
-
-
-def _paired_timing(cost: Measurement | None) -> PairedTiming | None:
-    """Restore a timing from its measurement; None if it is missing or its process failed."""
-    return None if cost is None or cost.payload is None else restore(PairedTiming, cost.payload["paired"])
 
 
 # Role of the model from which a model of a role is made.

@@ -17,7 +17,7 @@ from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.execution.case import Study
-from conrod.execution.result import EngineCase, Plan, Result, case_results
+from conrod.execution.result import JudgedCase, JudgedResult, Plan, case_results
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS_DEFECT, MOTION_DEFECTS, Defect, DefectFunction, Recording
 from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, force_peaks
@@ -32,7 +32,7 @@ SIZE_RATIO = 1.1  # resolution of the smallest noticed size
 MIN_VISIBLE_CHANGE = 1e-2
 MIN_DEFECT_SIZE = 1e-15  # lower end of the search for the smallest noticed size
 
-Judge = Callable[[Recording], Result]
+Judge = Callable[[Recording], JudgedResult]
 
 
 def motion_judge(
@@ -81,7 +81,7 @@ def force_judge(
     return judge_recording
 
 
-def failure_reasons(result: Result) -> tuple[str, ...]:
+def failure_reasons(result: JudgedResult) -> tuple[str, ...]:
     """Return why a result fails: quantities and other failures, or its outcome; empty if it passed."""
     if result.passed is not False:
         return ()
@@ -126,7 +126,7 @@ def _examine_place(defect: Defect, where: str, plant: DefectFunction, given: Rec
     return DefectVerdict(defect.name, defect.unit, where, defect.size, by, smallest, visible)
 
 
-def _largest_change(healthy: Result, planted: Result) -> float:
+def _largest_change(healthy: JudgedResult, planted: JudgedResult) -> float:
     """Largest change of a judged error by a planted defect, divided by its tolerance."""
     sizes = [
         (healthy.judged_error(q) or 0.0, planted.judged_error(q) or 0.0, limit) for q, limit in healthy.limits.items()
@@ -150,16 +150,14 @@ def smallest_noticed_size(is_noticed: Callable[[float], bool], largest: float) -
 
 
 @dataclass(frozen=True)
-class QualificationCase(EngineCase[ValidationResult]):
+class QualificationCase(JudgedCase[ValidationResult]):
     """A recorded run of a scene in an engine with a preset, judged with each defect planted.
 
     Its tolerances are part of its key, since noticed sizes depend on them. No defect is planted in a run that fails.
     """
 
     study: ClassVar[str] = "qualification"
-    kind: ClassVar[type[Any]] = ValidationResult
-    quantities: ClassVar[tuple[str, ...]] = ()
-    version: ClassVar[int] = 6  # since gravity and what is no number are planted, and other kinds are not
+    result_type: ClassVar[type[Any]] = ValidationResult
     defects: ClassVar[tuple[Defect, ...]] = (*MOTION_DEFECTS, MASS_DEFECT)
 
     plan: Plan
@@ -167,12 +165,12 @@ class QualificationCase(EngineCase[ValidationResult]):
     def empty_result(self) -> ValidationResult:
         return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
-    def key_fields(self) -> dict[str, Any]:
+    def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: settings, revolutions, and tolerances asked for, on which noticing depends."""
         settings = self.loaded_engine.presets[str(self.preset)](self.scene, self.plan.steps(self.scene)).as_dict()
         return {"settings": settings, "revolutions": self.plan.revolutions, "tolerance": self.plan.tolerance}
 
-    def run(self) -> ValidationResult:
+    def perform(self) -> ValidationResult:
         scene, engine, plan = self.scene, self.loaded_engine, self.plan
         result, settings, start = prepare_run(self.name, scene, engine, str(self.preset), plan)
         if not result.completed:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from conrod.exact.dynamics.inverse import TORQUE
-from conrod.execution.result import AS_ASKED, Result, SceneResults, misfit_words
+from conrod.execution.result import AS_ASKED, JudgedResult, SceneResults, misfit_words
 
 GROUPS = ("torque", "reactions", "contact")
 # A wrong mass is claimed from errors that look like more than half of a detectable change of it.
@@ -49,7 +49,7 @@ class ForcePoint:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForceResult(Result):
+class ForceResult(JudgedResult):
     """Errors of the forces that an engine reports in a scene, by quantity.
 
     Attributes:
@@ -60,6 +60,9 @@ class ForceResult(Result):
         tolerance, reason_of_tolerance: allowed error by group, and its reason.
         likeness: by "body.property", how many detectable changes of it the errors look like.
     """
+
+    quantities: ClassVar[tuple[str, ...]] = GROUPS
+    measures: ClassVar[tuple[str, ...]] = ("max", "rms", "between")
 
     preset: str
     parameters: Mapping[str, float]

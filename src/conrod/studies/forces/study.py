@@ -12,7 +12,7 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import ExpectedForces, ForceLaw, ForceReport, MissingCapability, capability
 from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.execution.prediction import reference_misfit
-from conrod.execution.result import EngineCase, Plan, run_refinement_path
+from conrod.execution.result import JudgedCase, Plan, run_refinement_path
 from conrod.scenes import Scene
 from conrod.studies.forces.force_errors import (
     ExpectedForceErrors,
@@ -149,24 +149,21 @@ def _observed_orders(result: ForceResult, points: tuple[ForcePoint, ...]) -> dic
 
 
 @dataclass(frozen=True)
-class ForceCase(EngineCase[ForceResult]):
+class ForceCase(JudgedCase[ForceResult]):
     """Forces that an engine reports in a scene with a preset, along its refinement path."""
 
     study: ClassVar[str] = "forces"
-    kind: ClassVar[type[Any]] = ForceResult
-    quantities: ClassVar[tuple[str, ...]] = GROUPS
-    measures: ClassVar[tuple[str, ...]] = ("max", "rms", "between")
-    version: ClassVar[int] = 2  # since errors of the engine's law are allowed, and MuJoCo's solver goes on
+    result_type: ClassVar[type[Any]] = ForceResult
 
     plan: ForcePlan
 
     def empty_result(self) -> ForceResult:
         return empty_result(self.name, self.scene, self.loaded_engine, str(self.preset), self.plan)
 
-    def run(self) -> ForceResult:
+    def perform(self) -> ForceResult:
         return validate_forces(self.name, self.scene, self.loaded_engine, str(self.preset), self.plan)
 
-    def key_fields(self) -> dict[str, Any]:
+    def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: settings and revolutions of all runs, and the groups of quantities."""
         preset, plan = self.loaded_engine.presets[str(self.preset)], self.plan
         return plan.key_fields(self.scene, preset, plan.refined) | {"quantities": plan.quantities}

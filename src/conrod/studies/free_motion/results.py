@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.execution.result import Result, SceneResults
+from conrod.execution.result import JudgedResult, SceneResults
 
 FREE_MOTION_QUANTITIES = ("position", "energy")
 # Error of the exact motion's energy balance up to which the exact motion is fit to judge by.
@@ -58,7 +58,7 @@ class ExactSummary:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MotionResult(Result):
+class MotionResult(JudgedResult):
     """Errors of a scene's free motion in an engine, against the exact motion at the same times.
 
     Attributes:
@@ -71,6 +71,8 @@ class MotionResult(Result):
         leaves: time [s] at which the position error of a point first exceeds `leaving`; None if it never does.
         order: observed order of position and energy along the refinement path.
     """
+
+    quantities: ClassVar[tuple[str, ...]] = FREE_MOTION_QUANTITIES
 
     preset: str
     motion: str

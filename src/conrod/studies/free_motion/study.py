@@ -18,12 +18,11 @@ from conrod.engines.tracks import FreeRun
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.execution.case import Study
-from conrod.execution.result import EngineCase, presets_study
+from conrod.execution.result import JudgedCase, presets_study
 from conrod.scenes import Scene
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, observed_positions
 from conrod.studies.free_motion.plan import FREE, POSITION_TOLERANCE, STEP_DIVISORS, MotionPlan, drives_crank
 from conrod.studies.free_motion.results import (
-    FREE_MOTION_QUANTITIES,
     ExactSummary,
     MotionCurves,
     MotionResult,
@@ -126,13 +125,11 @@ def _thinned_curves(times: Array, error: Array, energy: Array) -> MotionCurves:
 
 
 @dataclass(frozen=True)
-class MotionCase(EngineCase[MotionResult]):
+class MotionCase(JudgedCase[MotionResult]):
     """Free motion of a scene in an engine with a preset, along its refinement path."""
 
     study: ClassVar[str] = "motion"
-    kind: ClassVar[type[Any]] = MotionResult
-    quantities: ClassVar[tuple[str, ...]] = FREE_MOTION_QUANTITIES
-    version: ClassVar[int] = 5  # a run on another branch has errors, as all have that complete
+    result_type: ClassVar[type[Any]] = MotionResult
 
     plan: MotionPlan
 
@@ -148,13 +145,13 @@ class MotionCase(EngineCase[MotionResult]):
     def empty_result(self) -> MotionResult:
         return _empty_result(self.name, self.course, self.loaded_engine, str(self.preset), self.plan)
 
-    def run(self) -> MotionResult:
+    def perform(self) -> MotionResult:
         return run_motion(self.name, self.course, self.loaded_engine, str(self.preset), self.plan)
 
-    def case_fields(self) -> dict[str, Any]:
+    def name_fields(self) -> dict[str, Any]:
         return {"scene": self.name}
 
-    def key_fields(self) -> dict[str, Any]:
+    def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: the motion, its duration and step, and the error that ends it."""
         return {"settings": {}} | {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
 

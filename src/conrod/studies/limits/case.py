@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
@@ -15,15 +15,12 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability, require_capability
 from conrod.exact import GenericReference
 from conrod.exact.motion import Motion, Side
-from conrod.execution.case import Measurement
 from conrod.execution.run import MIN_PASS_STEPS, RunCase
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import Scene
-from conrod.studies.limits.records import Extremes
+from conrod.studies.limits.records import LimitResult
 from conrod.studies.limits.stream_run import stream_run
 
-# Increased when the same run's records change in value or meaning.
-RECORDS_VERSION = 3
 LINKAGE_STEPS, CONTACT_STEPS = 1000, 20000  # steps per revolution where an axis varies something else
 # Variants of a scene are cached, so that tables that presets read are computed once for all runs.
 MAX_CACHED_VARIANTS = 256
@@ -50,28 +47,28 @@ class ReorderedMachine(GenericReference):
 
 @dataclass(frozen=True)
 class LimitCase(RunCase):
-    """A run whose measurement carries `Extremes`; see `stream_run`.
+    """A run that is recorded up to its failure and beyond; see `stream_run`.
 
     Attributes:
         declared_mechanism: mechanism with bodies and joints in another order; None for the scene's own.
     """
 
+    study: ClassVar[str] = "limits"
+    result_type: ClassVar[type[Any]] = LimitResult
+
     signed_angles: int = 0
     declared_mechanism: Mechanism | None = field(default=None, repr=False)
 
-    def perform(self) -> Measurement:
+    def perform(self) -> LimitResult:
         return stream_run(self)
 
-    def _check_readable(self, measurement: Measurement) -> None:
-        Extremes.from_measurement(measurement)
-
-    def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
+    def key_fields(self) -> dict[str, Any]:
         order = None
         if self.declared_mechanism is not None:
             order = {
                 kind: [one.name for one in getattr(self.declared_mechanism, kind)] for kind in ("bodies", "joints")
             }
-        return super()._identity(parameters) | {"watched": RECORDS_VERSION, "declaration": order}
+        return super().key_fields() | {"declaration": order}
 
     @cached_property
     def machine(self) -> Scene | ReorderedMachine:

@@ -6,31 +6,30 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from conrod.comparison.plain_values import plain_values
 from conrod.engines import engine_named
-from conrod.execution.case import Measurement, Study
+from conrod.execution.case import Study
 from conrod.execution.local import FailedCall, call_isolated
 from conrod.scenes import Saw, Scene, ShearPress
 from conrod.studies.limits.case import LimitCase, Setup
-from conrod.studies.limits.records import Extremes
+from conrod.studies.limits.records import LimitResult
 from conrod.studies.limits.stream_run import stream_run
 
 # Runs of a `RepeatedCase`, in their order.
 REPEATED_RUNS = ("first", "again", "after another machine", "in another process")
 OTHER_MACHINE_STEPS = 200  # per revolution, of the machine that runs in between
 
-RunFunction = Callable[[LimitCase], Measurement]  # makes one run; can be pickled
+RunFunction = Callable[[LimitCase], LimitResult]  # makes one run; can be pickled
 
 
 @dataclass(frozen=True)
 class RepeatedCase(LimitCase):
-    """A run made four times (`REPEATED_RUNS`), whose measurement has all fingerprints."""
+    """A run made four times (`REPEATED_RUNS`), whose result has all fingerprints."""
 
-    def perform(self) -> Measurement:
+    def perform(self) -> LimitResult:
         return run_repeatedly(self)
 
-    def _identity(self, parameters: dict[str, float] | None) -> dict[str, Any]:
-        return super()._identity(parameters) | {"repeated": REPEATED_RUNS}
+    def key_fields(self) -> dict[str, Any]:
+        return super().key_fields() | {"repeated": REPEATED_RUNS}
 
 
 @dataclass(frozen=True)
@@ -60,15 +59,14 @@ def determinism_search(setup: Setup) -> Study[Determinism]:
     """Repeat the run of a setup at its usual steps, and compare the fingerprints."""
     case = RepeatedCase(setup.name, setup.scene, setup.settings())
     results = yield (case,)
-    measurement = results[case.key]
-    recorded = Extremes.from_measurement(measurement)
-    prints = (recorded.fingerprint, *recorded.again) if recorded.again else ()
+    result: LimitResult = results[case.key]
+    prints = (result.fingerprint, *result.again) if result.again else ()
     named = dict(zip(REPEATED_RUNS, prints, strict=False))
-    return Determinism(*setup.names, measurement.outcome, measurement.reason, named)
+    return Determinism(*setup.names, result.outcome, result.reason, named)
 
 
-def run_repeatedly(case: RepeatedCase, task: RunFunction = stream_run) -> Measurement:
-    """Make a run four times, and return its measurement with the fingerprints of all.
+def run_repeatedly(case: RepeatedCase, task: RunFunction = stream_run) -> LimitResult:
+    """Make a run four times, and return its result with the fingerprints of all.
 
     Args:
         case: the run.
@@ -80,11 +78,10 @@ def run_repeatedly(case: RepeatedCase, task: RunFunction = stream_run) -> Measur
     after = task(once)
     elsewhere = call_isolated(task, once)
     if isinstance(elsewhere, FailedCall):
-        return Measurement(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
-    if first.extremes is None:
+        return LimitResult(elsewhere.outcome.slug, f"in another process: {elsewhere.reason}")
+    if not first.fingerprint:  # the engine refuses the run
         return first
-    others = tuple(Extremes.from_measurement(run).fingerprint for run in (again, after, elsewhere))
-    return replace(first, extremes=plain_values(replace(Extremes.from_measurement(first), again=others)))
+    return replace(first, again=tuple(run.fingerprint for run in (again, after, elsewhere)))
 
 
 def _case_of_other_machine(case: LimitCase) -> LimitCase:

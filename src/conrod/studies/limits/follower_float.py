@@ -18,11 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from conrod.engines.engine import with_fields
-from conrod.execution.case import Measurement, Study
+from conrod.execution.case import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.changed_machines import with_float_speed_share
-from conrod.studies.limits.records import Extremes
+from conrod.studies.limits.records import LimitResult
 
 ONSET_STEPS, STEPS_PER_FACET = (20000, 40000), 5  # steps per revolution, coarse and fine
 ONSET_REVOLUTIONS = 1.25
@@ -122,6 +122,6 @@ def onset_case(setup: Setup, speed: float, finer: int) -> LimitCase:
     return replace(case, settings=settings, revolutions=ONSET_REVOLUTIONS)
 
 
-def _longest_flight(measurement: Measurement) -> float:
+def _longest_flight(result: LimitResult) -> float:
     """Length of a run's longest flight [rad], 0 without a flight."""
-    return max((flight.length for flight in Extremes.from_measurement(measurement).flights), default=0.0)
+    return max((flight.length for flight in result.flights), default=0.0)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from conrod.execution.case import Measurement, Study
+from conrod.execution.case import Study
 from conrod.studies.limits.axes import AXES
 from conrod.studies.limits.axis import spaced_values
 from conrod.studies.limits.case import Setup
-from conrod.studies.limits.records import Level, is_undetected, level_of
+from conrod.studies.limits.records import Level, LimitResult, is_undetected, level_of
 
 COARSE_STRIDE = 8  # nodes between two lines of the coarse grid
 UNKNOWN = -1  # class number of a node that was not run
@@ -215,7 +215,7 @@ def map_search(
     return LimitMap(*setup.names, "steps", other, x, y, tuple(runs[node] for node in sorted(runs)))
 
 
-def _map_run(node: Node, measurement: Measurement) -> MapRun:
-    """Findings on a node from its measurement."""
-    level, error = level_of(measurement).slug, measurement.largest("position")
-    return MapRun(*node, level, measurement.outcome, is_undetected(measurement), error)
+def _map_run(node: Node, result: LimitResult) -> MapRun:
+    """Findings on a node from its result."""
+    level, error = level_of(result).slug, result.largest("position")
+    return MapRun(*node, level, result.outcome, is_undetected(result), error)

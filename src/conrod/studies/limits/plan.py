@@ -11,7 +11,7 @@ from typing import Any
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import Measurement, Results, Study, pursue
+from conrod.execution.case import Results, Study, pursue
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.scenes import Scene
 from conrod.studies.limits.axes import AXES
@@ -20,7 +20,7 @@ from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import determinism_search
 from conrod.studies.limits.follower_float import onset_search
 from conrod.studies.limits.maps import MAPPED_AXES, map_search
-from conrod.studies.limits.records import LEVELS, Extremes, Level, is_undetected, level_of
+from conrod.studies.limits.records import LEVELS, Level, LimitResult, is_undetected, level_of
 from conrod.studies.limits.results import STUDY_PARTS, Boundary, LimitStudy, Probe, Walk
 
 # First values of a walk, 3 in each of 4 decades; a failure that lies between two of them is missed.
@@ -56,18 +56,18 @@ def walk_search(axis: Axis, setup: Setup, first: float, last: float) -> Study[Wa
     return Walk(axis.name, *setup.names, "", tuple(probes.values()), boundaries)
 
 
-def probe_of(axis: Axis, setup: Setup, value: float, measurement: Measurement) -> Probe:
+def probe_of(axis: Axis, setup: Setup, value: float, result: LimitResult) -> Probe:
     """Return the findings of a run at a value of an axis."""
-    errors = {q: measurement.largest(q) for q in QUANTITIES}
+    errors = {q: result.largest(q) for q in QUANTITIES}
     return Probe(
         value=value,
         text=axis.value_text(setup, value),
-        level=level_of(measurement).slug,
-        outcome=measurement.outcome,
-        undetected=is_undetected(measurement),
-        reason=measurement.reason,
-        errors=None if measurement.errors is None else {q: e for q, e in errors.items() if e is not None},
-        torque=Extremes.from_measurement(measurement).torque,
+        level=level_of(result).slug,
+        outcome=result.outcome,
+        undetected=is_undetected(result),
+        reason=result.reason,
+        errors=None if result.errors is None else {q: e for q, e in errors.items() if e is not None},
+        torque=result.torque,
     )
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
-from conrod.comparison.plain_values import restore
 from conrod.comparison.trajectory import Outcome
-from conrod.execution.case import Measurement
+from conrod.execution.run import RunResult
 
 
 @dataclass(frozen=True)
@@ -29,35 +28,29 @@ class Flight:
 
 
 @dataclass(frozen=True)
-class Extremes:
-    """Records of a run other than its errors, which a ledger keeps with them.
+class LimitResult(RunResult):
+    """Result of a run at its engine's limits: its errors, and how it failed.
 
     Attributes:
-        samples: number of recorded samples.
+        samples: number of recorded samples; 0 if the run ended before the first.
         finite: True if all poses and rates of the bodies and the motion of the observed points are finite.
         warnings: warnings of the engine, and how often each came.
         torque: largest error of the drive torque over its exact peak, without the first sample, where an iterative
             solver has no start values; None if the engine does not report the torque.
         penetration: penetration of a follower into its cam at the start [m]; None without a cam.
         flights: longest flight of each follower.
-        fingerprint: hash of the recorded numbers, see `Fingerprint`.
+        fingerprint: hash of the recorded numbers, see `Fingerprint`; empty if there are none.
         again: fingerprints of repeated runs, see `conrod.studies.limits.determinism`.
     """
 
-    samples: int
-    finite: bool
-    warnings: Mapping[str, int]
-    torque: float | None
-    penetration: float | None
-    flights: tuple[Flight, ...]
-    fingerprint: str
+    samples: int = 0
+    finite: bool = True
+    warnings: Mapping[str, int] = field(default_factory=dict)
+    torque: float | None = None
+    penetration: float | None = None
+    flights: tuple[Flight, ...] = ()
+    fingerprint: str = ""
     again: tuple[str, ...] = ()
-
-    @classmethod
-    def from_measurement(cls, measurement: Measurement) -> Extremes:
-        """Return the records of a measured run; zero samples if it ended before the first."""
-        nothing = cls(0, True, {}, None, None, (), "")
-        return nothing if measurement.extremes is None else restore(cls, measurement.extremes)
 
 
 # -- levels ----------------------------------------------------------------------------------------------------------
@@ -88,19 +81,18 @@ LEVELS = [level.slug for level in Level]
 GOOD_LEVELS = (Level.SAFE.slug, Level.ROUGH.slug)
 
 
-def level_of(measurement: Measurement) -> Level:
-    """Return the level of a measured run, from its outcome and position error."""
-    if measurement.outcome in UNBOUNDED_OUTCOMES:
+def level_of(result: LimitResult) -> Level:
+    """Return the level of a run, from its outcome and position error."""
+    if result.outcome in UNBOUNDED_OUTCOMES:
         return Level.UNBOUNDED
-    error = measurement.largest("position")
+    error = result.largest("position")
     if error is None:
         return Level.BROKEN
     return Level.SAFE if error <= SAFE_ERROR else Level.ROUGH if error <= ROUGH_ERROR else Level.WRONG
 
 
-def is_undetected(measurement: Measurement) -> bool:
+def is_undetected(result: LimitResult) -> bool:
     """Return True if a run is worse than rough with finite numbers and without a warning."""
-    recorded = Extremes.from_measurement(measurement)
-    if level_of(measurement).slug in GOOD_LEVELS or measurement.outcome in OBVIOUS_FAILURES:
+    if level_of(result).slug in GOOD_LEVELS or result.outcome in OBVIOUS_FAILURES:
         return False
-    return recorded.samples > 0 and recorded.finite and not recorded.warnings
+    return result.samples > 0 and result.finite and not result.warnings

@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from conrod.comparison.compare import Stretch
+from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.fingerprint import Fingerprint, recorded_series
 from conrod.comparison.outcome import RunVerdict, joint_gaps
-from conrod.comparison.plain_values import plain_values
 from conrod.comparison.run_errors import RunErrors
 from conrod.comparison.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE_STEPS
 from conrod.errors import InvalidInput
-from conrod.execution.case import Measurement, contradictions
+from conrod.execution.case import contradictions
 from conrod.execution.prediction import Prediction
-from conrod.execution.run import MIN_PASS_STEPS, PREDICTED_SAMPLES_PER_TURN, clamp_to_span, unsupported_measurement
+from conrod.execution.run import MIN_PASS_STEPS, PREDICTED_SAMPLES_PER_TURN, clamp_to_span, run_refusal
 from conrod.studies.limits.recorders import DEPTH_REVOLUTIONS, ExactTorque, FlightRecorder
-from conrod.studies.limits.records import Extremes
+from conrod.studies.limits.records import LimitResult
 
 if TYPE_CHECKING:
     from conrod.studies.limits.case import LimitCase
@@ -32,7 +31,7 @@ REVOLUTIONS_AFTER_FAILURE = 2.0
 FINAL_OUTCOMES = {Outcome.RESET, Outcome.DIVERGED, Outcome.EXPLODED}
 
 
-def stream_run(case: LimitCase) -> Measurement:
+def stream_run(case: LimitCase) -> LimitResult:
     """Run a case in pieces, up to its end or until it diverges or resets.
 
     Errors are measured until the run fails. A run that failed otherwise, as by an open joint, goes on for two
@@ -43,8 +42,8 @@ def stream_run(case: LimitCase) -> Measurement:
         InvalidInput: as `conrod.run`; or the run is too short to have accelerations.
     """
     engine, case = engine_named(case.settings.engine), clamp_to_span(case)
-    if (unsupported := unsupported_measurement(case, case.machine)) is not None:
-        return unsupported
+    if (refusal := run_refusal(case, case.machine)) is not None:
+        return LimitResult(Outcome.UNSUPPORTED.slug, refusal)
     length, statistics, last = piece_length(case), RunStatistics(case), math.inf
     for piece in engine.run(case.machine, case.settings, case.revolutions, case.start_angle, length):
         statistics.add(piece)
@@ -55,7 +54,7 @@ def stream_run(case: LimitCase) -> Measurement:
             last = min(last, piece.first_step + REVOLUTIONS_AFTER_FAILURE * case.settings.steps_per_revolution)
         if verdict.outcome in FINAL_OUTCOMES or piece.first_step >= last:
             break
-    return statistics.measurement(verdict)
+    return statistics.result(verdict)
 
 
 def piece_length(case: LimitCase) -> int:
@@ -125,7 +124,7 @@ class RunStatistics:
             return
         piece, self._waiting = concatenate_pieces(self._waiting), []
         left = self._steps + 1 - piece.first_step - len(piece.clock)
-        run = Stretch(piece.trajectory, self._machine, left)
+        run = ComparedPiece(piece.trajectory, self._machine, left)
         self._errors.add(run)
         self._prediction.add(run)
         if piece.drive_torque is not None and self._exact_torque is not None and not self._exact_torque.is_negligible:
@@ -135,10 +134,15 @@ class RunStatistics:
             off = float(np.abs(piece.drive_torque[rows] - exact).max()) / self._exact_torque.peak
             self._torque = max(off, self._torque or 0.0)
 
-    def measurement(self, verdict: RunVerdict) -> Measurement:
-        """Return the measurement of a run that ended with a verdict."""
+    def result(self, verdict: RunVerdict) -> LimitResult:
+        """Return the result of a run that ended with a verdict."""
         self._compare_waiting()
-        extremes = Extremes(
+        completed = verdict.outcome is Outcome.COMPLETED
+        return LimitResult(
+            verdict.outcome.slug,
+            verdict.reason,
+            **(self._errors.as_dict() if completed else {}),
+            misfit=(contradictions(self._prediction.misfit) or None) if completed else None,
             samples=self._samples,
             finite=self._finite,
             warnings=self._warnings,
@@ -146,10 +150,4 @@ class RunStatistics:
             penetration=max((flights.penetration for flights in self._flights.values()), default=None),
             flights=tuple(flight for one in self._flights.values() if (flight := one.longest_flight()) is not None),
             fingerprint=self._fingerprint.digest(),
-        )
-        if verdict.outcome is not Outcome.COMPLETED:
-            return Measurement(verdict.outcome.slug, verdict.reason, extremes=plain_values(extremes))
-        misfit = contradictions(self._prediction.misfit) or None
-        return Measurement(
-            verdict.outcome.slug, **self._errors.as_dict(), misfit=misfit, extremes=plain_values(extremes)
         )

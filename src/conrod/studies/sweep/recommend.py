@@ -207,8 +207,8 @@ def _cheapest_confirmed(
         nearest = min(previous.nearest, nearest, key=lambda one: one.excess(allowed))
         rejected = [*previous.rejected, *rejected]
     reason = ""
-    if nearest.measurement.errors is None:
-        reason = ": ".join(filter(None, ("no run completed", nearest.measurement.reason)))
+    if nearest.result.errors is None:
+        reason = ": ".join(filter(None, ("no run completed", nearest.result.reason)))
     elif found and not timings:
         clock = capability(searches[0].rule.engine, TimedStepping)
         untimed = "nothing within the tolerances could be timed"

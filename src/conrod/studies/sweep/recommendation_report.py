@@ -66,7 +66,7 @@ def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
         "rejected": [
             {
                 **choice_values(one.candidate),
-                "why": {c.change: c.errors(allowed) or c.measurement.outcome for c in one.failed_confirmations},
+                "why": {c.change: c.errors(allowed) or c.result.outcome for c in one.failed_confirmations},
             }
             for one in found.rejected
         ],
@@ -139,7 +139,7 @@ def _setting_text(choice: Candidate) -> str:
 
 
 def _error_texts(found: Candidate | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
-    places = {point: sizes["position"]["max"] for point, sizes in (found.measurement.errors or {}).items()}
+    places = {point: sizes["position"]["max"] for point, sizes in (found.result.errors or {}).items()}
     errors = found.errors(allowed)
     return {q: numbers.error(q, places if q == "position" else e, scene.lengths) for q, e in errors.items()}
 
@@ -156,5 +156,5 @@ def _errors_with_limits(choice: Candidate, allowed: Allowed) -> str:
 def _rejected_lines(rejected: tuple[RejectedCandidate, ...], allowed: Allowed) -> Iterator[str]:
     for one in rejected:
         shown = ((c, _error_list(_error_texts(c, allowed, one.candidate.case.scene))) for c in one.failed_confirmations)
-        lost = "; ".join(f"{c.change}: {errors or c.measurement.outcome}" for c, errors in shown)
+        lost = "; ".join(f"{c.change}: {errors or c.result.outcome}" for c, errors in shown)
         yield f"  cheaper, but not confirmed: {_setting_text(one.candidate)} ({lost})"

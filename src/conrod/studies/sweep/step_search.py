@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from conrod.execution.case import Measurement, Study
-from conrod.execution.run import RunCase
+from conrod.execution.case import Study
+from conrod.execution.run import RunCase, RunResult
 from conrod.studies.sweep.prior import DEFAULT_ORDER
 from conrod.studies.sweep.study import RulePlan
 
@@ -28,11 +28,11 @@ Tolerances = Mapping[str, float]  # largest normalised error by quantity
 class TriedRun:
     """A measured run that is compared with tolerances."""
 
-    measurement: Measurement
+    result: RunResult
 
     def errors(self, allowed: Tolerances) -> dict[str, float]:
         """Largest error of each quantity with a tolerance; empty unless the run completed."""
-        return {q: error for q in allowed if (error := self.measurement.largest(q)) is not None}
+        return {q: error for q in allowed if (error := self.result.largest(q)) is not None}
 
     def excess(self, allowed: Tolerances) -> float:
         """Largest ratio of an error to its tolerance; infinite unless all errors are known."""
@@ -90,7 +90,7 @@ class StepSearch:
         if finer is None:
             assert coarse is not None
             order = self.measured_order(allowed)
-            failed = sum(one.measurement.errors is None for one in self.candidates)
+            failed = sum(one.result.errors is None for one in self.candidates)
             stagnant = len(self.candidates) > MAX_FAILED_RUNS and order < STAGNANT_ORDER
             if failed >= MAX_FAILED_RUNS or stagnant:
                 return None

@@ -136,7 +136,7 @@ def sweep_scene(plan: SweepPlan, time: Clock) -> Study[SweepStudy]:
 # -- rules and points --------------------------------------------------------------------------------------------------
 
 
-def observed_orders(cases: Sequence[RunCase], measurements: Results) -> dict[str, ObservedOrder]:
+def observed_orders(cases: Sequence[RunCase], results: Results) -> dict[str, ObservedOrder]:
     """Return the observed order or plateau of each quantity along a refinement.
 
     Runs that did not complete are left out.
@@ -144,7 +144,7 @@ def observed_orders(cases: Sequence[RunCase], measurements: Results) -> dict[str
     Raises:
         KeyError: a case has not been measured.
     """
-    runs = {case.settings.steps_per_revolution: measurements[case.key] for case in cases}
+    runs = {case.settings.steps_per_revolution: results[case.key] for case in cases}
     steps = sorted(n for n, run in runs.items() if run.errors is not None)
     return {q: observed_order(steps, [runs[n].largest(q) or 0.0 for n in steps]) for q in QUANTITIES}
 
@@ -170,7 +170,7 @@ def _engine_prefix(engine: str, engines: Sequence[str]) -> str:
 
 def _swept_points(
     plan: SweepPlan,
-    measurements: Results,
+    results: Results,
     timings: Timings,
     references: Mapping[str, float],
 ) -> Iterator[SweptPoint]:
@@ -181,7 +181,7 @@ def _swept_points(
     """
     counts = Counter[str]()
     for rule, case in ((one, case) for one in plan.rules for case in one.cases):
-        engine, found, timing = rule.engine.name, measurements[case.key], timings.get(case.key)
+        engine, found, timing = rule.engine.name, results[case.key], timings.get(case.key)
         counts[engine] += 1
         yield SweptPoint(
             label=f"{_engine_prefix(engine, [one.engine.name for one in plan.rules])}{counts[engine]}",

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from conrod.comparison.compare import Stretch
+from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.convergence import claimed_order
 from conrod.comparison.outcome import RunVerdict
 from conrod.comparison.run_errors import DrawnCurve, PointSizes, RunErrors
@@ -126,13 +126,13 @@ class CurveRecorder:
     def __init__(self) -> None:
         self._curves: defaultdict[str, defaultdict[str, DrawnCurve]] = defaultdict(lambda: defaultdict(DrawnCurve))
 
-    def add(self, stretch: Stretch) -> None:
-        """Add a stretch of the run."""
-        for name, tracks in stretch.trajectory.points.items():
+    def add(self, piece: ComparedPiece) -> None:
+        """Add a piece of the run."""
+        for name, tracks in piece.trajectory.points.items():
             for quantity in QUANTITIES:
-                error = getattr(stretch.points[name], quantity).error
+                error = getattr(piece.points[name], quantity).error
                 self._curves[name][quantity].add(
-                    getattr(tracks, quantity).instants.angle, error, stretch.samples_remaining
+                    getattr(tracks, quantity).instants.angle, error, piece.samples_remaining
                 )
 
     @property
@@ -149,10 +149,10 @@ class PoseErrorRecorder:
         self._angles: list[Array] = []
         self._errors: list[Array] = []
 
-    def add(self, stretch: Stretch) -> None:
-        """Add a stretch of the run."""
-        states = stretch.bodies.position
-        count = self._seen + len(states.poses) + stretch.samples_remaining
+    def add(self, piece: ComparedPiece) -> None:
+        """Add a piece of the run."""
+        states = piece.bodies.position
+        count = self._seen + len(states.poses) + piece.samples_remaining
         first = max(0, count - 1 - self._steps)
         kept = first + np.unique(np.linspace(0, count - 1 - first, DRAWN_POSES + 1).astype(int)) - self._seen
         rows = kept[(kept >= 0) & (kept < len(states.poses))]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
+from conrod.comparison.compare import COMPARED_QUANTITIES
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.result import AS_ASKED, Result, SceneResults, misfit_words
+from conrod.execution.result import AS_ASKED, JudgedResult, SceneResults, misfit_words
 
 Mode = Literal["kinematic", "dynamic"]
 
@@ -108,7 +109,7 @@ class Qualification:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ValidationResult(Result):
+class ValidationResult(JudgedResult):
     """Errors of a scene in an engine at constant crank speed, by point, quantity and measure.
 
     Attributes:
@@ -123,6 +124,8 @@ class ValidationResult(Result):
         poses: pose errors of the bodies, for an animated drawing.
         qualified: verdicts on planted defects; None if none were planted.
     """
+
+    quantities: ClassVar[tuple[str, ...]] = COMPARED_QUANTITIES
 
     parameters: Mapping[str, float]
     settings: Mapping[str, Any] | None = None

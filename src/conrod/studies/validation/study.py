@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.comparison.compare import COMPARED_QUANTITIES
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.engine import judged_preset
 from conrod.execution.case import Study
-from conrod.execution.result import EngineCase, Plan, presets_study
+from conrod.execution.result import JudgedCase, Plan, presets_study
 from conrod.scenes import Scene
 from conrod.studies.validation.dynamic_mode import empty_result, validate_dynamic
 from conrod.studies.validation.kinematic_mode import validate_kinematic
@@ -19,20 +18,18 @@ from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 
 @dataclass(frozen=True)
-class ValidationCase(EngineCase[ValidationResult]):
+class ValidationCase(JudgedCase[ValidationResult]):
     """Validation of a scene in an engine, with a preset or, if that is None, in kinematic mode."""
 
     study: ClassVar[str] = "validate"
-    kind: ClassVar[type[Any]] = ValidationResult
-    quantities: ClassVar[tuple[str, ...]] = COMPARED_QUANTITIES
-    version: ClassVar[int] = 8  # since the exact motion is held to the joints' equations
+    result_type: ClassVar[type[Any]] = ValidationResult
 
     plan: Plan
 
     def empty_result(self) -> ValidationResult:
         return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
-    def run(self) -> ValidationResult:
+    def perform(self) -> ValidationResult:
         if self.preset is None:
             return validate_kinematic(self.name, self.scene, self.loaded_engine)
         return validate_dynamic(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
@@ -42,10 +39,10 @@ class ValidationCase(EngineCase[ValidationResult]):
         return None if self.preset is None else self.plan.tolerance
 
     def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:
-        required = self.preset is None or self.loaded_engine.presets[self.preset].judged or bool(self.plan.tolerance)
+        required = self.preset is None or self.loaded_engine.presets[self.preset].judged
         return replace(self.empty_result(), outcome=outcome.slug, reason=reason, passed=False if required else None)
 
-    def key_fields(self) -> dict[str, Any]:
+    def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: settings and revolutions of all runs; in kinematic mode of one revolution."""
         if self.preset is None:
             return Plan(None, 1.0).key_fields(

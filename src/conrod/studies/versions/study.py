@@ -16,9 +16,9 @@ from conrod.engines.capabilities import KnownReleases, require_capability
 from conrod.engines.engine import run_extent
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import Measurement
+from conrod.execution.case import Results
 from conrod.execution.reference_guard import ReferenceGuard
-from conrod.execution.releases import VersionCase
+from conrod.execution.releases import ReleaseResult, VersionCase
 from conrod.scenes import Scene
 
 # Largest change of a normalised position that counts as last digits. For velocities and accelerations it is multiplied
@@ -95,7 +95,6 @@ class VersionStudy:
 
 
 LINKAGE_STEPS, CONTACT_STEPS, REVOLUTIONS = 1000, 8000, 2.0  # steps per revolution; revolutions
-MeasurementsByKey = Mapping[str, Measurement]
 
 
 def release_cases(scenes: Mapping[str, Scene], engine: Engine[Any]) -> dict[tuple[str, str], VersionCase]:
@@ -120,7 +119,7 @@ def versions_study(
     engine: Engine[Any],
     versions: Sequence[str],
     cases: Mapping[tuple[str, str], VersionCase],
-    perform: Callable[[str, Sequence[VersionCase]], MeasurementsByKey],
+    perform: Callable[[str, Sequence[VersionCase]], Results],
 ) -> VersionStudy:
     """Run all cases in each release of an engine, and return the changes between releases.
 
@@ -130,14 +129,14 @@ def versions_study(
         engine: the engine.
         versions: releases to run, the oldest first.
         cases: cases as `release_cases` returns them.
-        perform: runs cases in a release, given its requirement for pip, and returns measurements by key; raises
+        perform: runs cases in a release, given its requirement for pip, and returns results by key; raises
             InvalidInput if the release cannot be installed.
 
     Raises:
         InvalidInput: no release can be installed; says why the last one cannot.
     """
     releases = require_capability(engine, KnownReleases).releases
-    runs, unsupported = dict[str, MeasurementsByKey](), dict[str, str]()
+    runs, unsupported = dict[str, Results](), dict[str, str]()
     guard = ReferenceGuard()
     for version in versions:
         try:
@@ -161,7 +160,7 @@ def versions_study(
 
 
 def _release_changes(
-    case: VersionCase, runs: Mapping[str, MeasurementsByKey], matching_entries: Callable[..., tuple[str, ...]]
+    case: VersionCase, runs: Mapping[str, Results], matching_entries: Callable[..., tuple[str, ...]]
 ) -> Iterable[ReleaseChange]:
     """Yield the changes of a case between releases, with entries that may explain them."""
     for earlier, later in pairwise(runs):
@@ -172,10 +171,10 @@ def _release_changes(
             yield replace(change, version=later, before=earlier, explained=words)
 
 
-def change_between(before: Measurement, after: Measurement, steps_per_revolution: int) -> ReleaseChange | None:
+def change_between(before: ReleaseResult, after: ReleaseResult, steps_per_revolution: int) -> ReleaseChange | None:
     """Return the change of a run between two releases; None if equal to the last bit."""
-    bits = [(one.payload or {}).get("bits", {}) for one in (before, after)]
-    differ = sorted(name for name in bits[0].keys() | bits[1].keys() if bits[0].get(name) != bits[1].get(name))
+    names = before.bits.keys() | after.bits.keys()
+    differ = sorted(name for name in names if before.bits.get(name) != after.bits.get(name))
     ended, errors = (before.outcome, after.outcome), (before.largest("position"), after.largest("position"))
     if not differ and ended[0] == ended[1]:
         return None
