@@ -62,8 +62,9 @@ def _properties(module: ast.Module) -> Iterator[ast.FunctionDef]:
 def copy_project(root: Path, copy: Path) -> bool:
     """Copy a project's files, with methods for properties; True where earlier results in the copy still hold.
 
-    They hold while nothing but tests was edited: a defect that a test finds is found by it among more tests too. What
-    survived is then planted again (`_forget_survivors`).
+    All hold while nothing but tests was edited: a defect that a test finds is found by it among more tests too. After
+    an edit of code mutmut keeps the results of functions that are the same, which it knows by their hashes. What
+    survived is planted again in both cases (`_results_by_file`).
     """
     listed = subprocess.run(
         ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
@@ -76,12 +77,15 @@ def copy_project(root: Path, copy: Path) -> bool:
     if before == state:
         return True
     kept = bool(before) and all(before[part] == state[part] for part in CODE)
+    results = {} if not before else _results_by_file(copy)
     if kept:
-        _forget_survivors(copy)
         shutil.rmtree(copy / "tests")
         files = [name for name in files if name.startswith(TESTS)]
     else:
         shutil.rmtree(copy, ignore_errors=True)
+    for file, text in results.items():
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
     mutated = _mutated_files(root)
     for name in files:
         (copy / name).parent.mkdir(parents=True, exist_ok=True)
@@ -90,7 +94,7 @@ def copy_project(root: Path, copy: Path) -> bool:
         else:
             shutil.copy2(root / name, copy / name)
     mark.write_text(json.dumps(state), encoding="utf-8")
-    return kept
+    return bool(results)
 
 
 def _hash_of(root: Path, files: list[str]) -> str:
@@ -101,13 +105,15 @@ def _hash_of(root: Path, files: list[str]) -> str:
     return state.hexdigest()
 
 
-def _forget_survivors(copy: Path) -> None:
-    """Count mutants that no test found as not run, in the files that mutmut leaves."""
+def _results_by_file(copy: Path) -> dict[Path, str]:
+    """Read the files of results that mutmut leaves, with mutants that no test found as not run."""
+    results: dict[Path, str] = {}
     for file in (copy / "mutants" / "src").rglob("*.py.meta"):
         found = json.loads(file.read_text(encoding="utf-8"))
         codes = found["exit_code_by_key"]
         found["exit_code_by_key"] = {name: code if code in KILLED else None for name, code in codes.items()}
-        file.write_text(json.dumps(found, indent=4), encoding="utf-8")
+        results[file] = json.dumps(found, indent=4)
+    return results
 
 
 def _mutated_files(root: Path) -> list[str]:
@@ -179,7 +185,7 @@ def main() -> int:
     last = ["git", "log", "-1", "--format=%H", "--", PAGE]
     since = asked.since or subprocess.run(last, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     if not copy_project(ROOT, COPY):
-        print("copied the project anew: there are no results, or they are of other code")
+        print("copied the project anew: there are no results yet")
     chosen = choose(ROOT, COPY, asked.sample, since)
     (COPY / CHOSEN).write_text(json.dumps(chosen, indent=1), encoding="utf-8")
     done = {name for name, code in _results(COPY).items() if code is not None}
