@@ -10,7 +10,6 @@ import pytest
 from catalogue import SAW
 from cell_tasks import pursued
 
-from conrod.execution.run import RunResult
 from conrod.scenes import SCENES
 from conrod.studies.limits.case import LimitCase, Setup
 from conrod.studies.limits.determinism import (
@@ -20,6 +19,7 @@ from conrod.studies.limits.determinism import (
     determinism_search,
     run_repeatedly,
 )
+from conrod.studies.limits.records import LimitResult
 from conrod.studies.limits.stream_run import stream_run
 
 
@@ -35,6 +35,13 @@ def test_a_run_made_again_is_the_same_to_the_last_bit(engine: str, preset: str) 
     assert one.identical == dict.fromkeys(REPEATED_RUNS[1:], True)
 
 
+def test_repeated_runs_are_of_the_scene_by_its_name() -> None:
+    setup = Setup("saw-40rpm", SAW, "mujoco", "hardened", 100)
+    (case,) = next(determinism_search(setup))
+    assert (case.name, case.scene) == ("saw-40rpm", SAW)
+    assert case.settings == setup.settings()
+
+
 def test_preset_has_no_fingerprints_when_unfit_for_the_machine() -> None:
     one = found(Setup("cam-follower", SCENES["cam-follower"], "mujoco", "hardened", 100))
     assert one.outcome == "unsupported"
@@ -47,21 +54,21 @@ CALLS: list[str] = []
 PROCESS = "CONROD_TEST_PROCESS"
 
 
-def off_by_a_bit(cell: LimitCase) -> RunResult:
+def off_by_a_bit(cell: LimitCase) -> LimitResult:
     return stream_run(replace(cell, start_angle=math.nextafter(cell.start_angle, 1.0)))
 
 
-def other_the_second_time(cell: LimitCase) -> RunResult:
+def other_the_second_time(cell: LimitCase) -> LimitResult:
     CALLS.append(cell.name)
     return off_by_a_bit(cell) if len(CALLS) == 2 else stream_run(cell)
 
 
-def other_after_another_machine(cell: LimitCase) -> RunResult:
+def other_after_another_machine(cell: LimitCase) -> LimitResult:
     CALLS.append(cell.name)
     return off_by_a_bit(cell) if "another" in CALLS else stream_run(cell)
 
 
-def other_in_another_process(cell: LimitCase) -> RunResult:
+def other_in_another_process(cell: LimitCase) -> LimitResult:
     return stream_run(cell) if os.environ[PROCESS] == str(os.getpid()) else off_by_a_bit(cell)
 
 

@@ -15,7 +15,7 @@ from conrod.engines.mujoco.dynamics import simulate
 from conrod.engines.mujoco.model import build
 from conrod.engines.run import run_in_one_piece
 from conrod.execution.run import RunResult
-from conrod.scenes import Saw, Scene
+from conrod.scenes import Saw, Scene, scene_named
 from conrod.studies.limits.axes import AXES, FIXED_STEP
 from conrod.studies.limits.axis import Scale
 from conrod.studies.limits.case import LimitCase, Setup
@@ -83,6 +83,25 @@ def test_an_axis_changes_nothing_but_its_own_quantity(name: str) -> None:
     follows = {"armature"} if name in ("mass-ratio", "mass-ratio-at-iterations", "nearness") else set()
     seen = set.union(*(changed(axis.case(case, end), case) for span in axis.spans(case) for end in span))
     assert ALONE[name] <= seen <= ALONE[name] | follows
+
+
+@pytest.mark.parametrize(("given", "steps"), [(None, 5000), (700, 700)])
+def test_nearness_is_run_at_the_steps_asked_for_or_at_5000(given: int | None, steps: int) -> None:
+    cell = AXES["nearness"].case(replace(case_of(), steps_per_revolution=given), 0.9)
+    assert cell.settings.steps_per_revolution == steps
+
+
+@pytest.mark.parametrize(("scene", "preset", "steps"), [(SAW, "hardened", 50), (CAM, "tuned", 1000)])
+def test_long_run_has_few_steps_a_turn_and_more_with_a_cam(scene: Scene, preset: str, steps: int) -> None:
+    cell = AXES["run-length"].case(replace(case_of(scene, preset=preset), steps_per_revolution=400), 12.0)
+    assert (cell.settings.steps_per_revolution, cell.revolutions) == (steps, 12.0)
+
+
+@pytest.mark.parametrize(("axis", "rest"), [("run-length", "and no more"), ("start-pose", "from its start")])
+def test_an_input_of_one_pass_lacks_the_axis_with_a_reason(axis: str, rest: str) -> None:
+    scene = scene_named("double-rocker")
+    assert AXES[axis].missing_reason(case_of(scene)) == f"the input of {scene.kind} makes one pass {rest}"
+    assert AXES[axis].missing_reason(case_of(SAW)) is None
 
 
 # -- each of them ----------------------------------------------------------------------------------------------------

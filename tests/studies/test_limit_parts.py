@@ -241,6 +241,14 @@ def test_open_flight_starts_or_lands_at_the_end_of_samples() -> None:
     assert flights([DEPTH] * 6).longest_flight() is None
 
 
+@pytest.mark.parametrize("pieces", [1, 2, 6])
+def test_penetration_is_that_of_all_first_samples_in_any_pieces(pieces: int) -> None:
+    assert flights([0.0, 0.0, DEPTH, 0.02, 0.0, -2.0 * DEPTH], held=3, pieces=pieces).longest_flight() is not None
+    found = flights([0.0, 0.0, DEPTH, 0.0, 0.0, 2.0 * DEPTH], held=3, pieces=pieces)
+    assert found.longest_flight() is None
+    assert found.penetration == -DEPTH
+
+
 # -- plans -----------------------------------------------------------------------------------------------------------
 
 
@@ -267,6 +275,25 @@ def test_plan_has_a_search_for_each_axis_and_its_findings() -> None:
     assert walk.probes[0].errors["position"] == 1e-5
     assert steps.lengths == dict(SAW.lengths)
     assert {case.settings.steps_per_revolution for case in seen} >= {1000, 900}
+
+
+def test_walks_are_reported_in_the_order_of_the_axes() -> None:
+    def run(cases: list[Any]) -> dict[str, RunResult]:
+        return {case.key: completed(1e-5, LimitResult, samples=1) for case in cases}
+
+    asked = ["steps", "iterations", "mass-ratio"]
+    for order in (asked, asked[::-1]):
+        (found,) = pursue_plans([planned(*order)], run)
+        walked = list(dict.fromkeys(walk.axis for walk in found.walks))
+        assert walked == sorted(asked, key=list(AXES).index)
+
+
+@pytest.mark.parametrize("name", ["double-rocker", "geneva"])
+def test_peak_of_one_pass_is_within_the_pass(name: str) -> None:
+    scene = scene_named(name)
+    torque, span = ExactTorque(scene.kinematics, scene.speed, gravity=True), scene.kinematics.span
+    dense = np.abs(torque.evaluate(np.linspace(*span, 40_001)))
+    assert torque.peak == pytest.approx(dense.max(), rel=1e-5)
 
 
 def test_axis_is_refused_with_reason_when_machine_lacks_it() -> None:

@@ -133,7 +133,8 @@ def test_a_streamed_run_has_the_errors_of_a_whole_one(
     assert (found.outcome, found.misfit) == ("completed", None)
     for name, quantities in (whole.errors or {}).items():
         for quantity, sizes in quantities.items():
-            assert (found.errors or {})[name][quantity] == pytest.approx(sizes, rel=1e-9)
+            # Bit for bit: it does not depend on how the run was cut.
+            assert (found.errors or {})[name][quantity] == sizes
     records = found
     assert (records.samples, records.finite, records.warnings) == (151, True, {})
     assert (records.penetration, records.flights, len(records.fingerprint) > 10) == (None, (), True)
