@@ -20,7 +20,10 @@ HOME = Path(__file__).parent
 
 
 class OutputClosed(Exception):
-    """The reader of the output is gone; not a BrokenPipeError, for click and rich exit with 1 on it."""
+    """Error raised when the reader of the output is gone.
+
+    It is no BrokenPipeError: on that, click and rich exit with status 1, which says "out of tolerance".
+    """
 
 
 def run_guarded(run: Callable[[], object]) -> None:

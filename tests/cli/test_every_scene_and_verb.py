@@ -75,6 +75,6 @@ def test_every_scene_goes_through_every_verb(name: str, tmp_path: Path) -> None:
 
 def test_refusal_without_its_line_is_detected(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Negative control of the check.
-    monkeypatch.setattr("conrod.cli._fail", lambda message: sys.exit(2))
+    monkeypatch.setattr("conrod.cli._exit_with_error", lambda message: sys.exit(2))
     with pytest.raises(AssertionError):
         exit_status_of("show {}", "none", tmp_path)

@@ -214,7 +214,7 @@ def test_long_compilation_says_so_and_ends_on_ctrl_c(verb: str, tmp_path: Path) 
     # What a shell starts in the background ignores Ctrl-C, and so would this.
     code = (
         "import signal\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"
-        "from conrod import cli\ncli.SAID_AFTER = 2.0\ncli.main()\n"
+        "from conrod import cli\ncli.WAITING_NOTICE_DELAY = 2.0\ncli.main()\n"
     )
     with subprocess.Popen(
         [sys.executable, "-P", "-c", code, *VERBS[verb]], cwd=tmp_path, stderr=subprocess.PIPE, text=True,

@@ -82,7 +82,7 @@ def conrod(
         patch.setattr(sys, "argv", ["conrod", *arguments])
         for name, value in SAFE_PATH.items():
             patch.setenv(name, value)  # as the command does, and it is taken back
-        patch.setattr("conrod.cli.SAID_AFTER", 1e6)  # however slow the machine is
+        patch.setattr("conrod.cli.WAITING_NOTICE_DELAY", 1e6)  # however slow the machine is
         if not own_workers:
             patch.setattr("conrod.execution.local.WorkerProcess", kept_worker)
         if cwd is not None:

@@ -21,7 +21,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import one_line, visible_text
 from conrod.slices import SLICES
 
-FAILED = 1  # exit status: out of tolerance, and nothing else
+FAILED = 1  # exit status: out of tolerance, and nothing else; the others are in `conrod.crash`
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
@@ -90,22 +90,22 @@ def main() -> None:
     except click.exceptions.NoArgsIsHelpError as error:
         click.echo(error.format_message())
     except click.ClickException as error:
-        _fail(error.format_message())
+        _exit_with_error(error.format_message())
     except InvalidInput as error:
-        _fail(str(error))
+        _exit_with_error(str(error))
     except OutputClosed:
         # Whoever read the output has seen enough, and maybe not the verdict.
         discard_output(sys.stdout)
         raise
     except MemoryError:
-        _fail(out_of_memory())
+        _exit_with_error(out_of_memory())
     except ImportError as error:
         if NO_ROOM not in str(error):
             raise
-        _fail("out of memory: a library finds no room in the address space that is allowed here (ulimit -v)")
+        _exit_with_error("out of memory: a library finds no room in the address space that is allowed here (ulimit -v)")
     except OSError as error:
         _drop_output()
-        _fail(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
+        _exit_with_error(f"{error.strerror or error}: {error.filename}" if error.filename else str(error))
     except (KeyboardInterrupt, click.Abort):
         click.echo("conrod: interrupted", err=True)
         sys.exit(INTERRUPTED)
@@ -144,13 +144,14 @@ def _drop_output() -> None:
         discard_output(sys.stdout)
 
 
-def _fail(message: str) -> None:
+def _exit_with_error(message: str) -> None:
+    """Print an error as one line, and exit with `USAGE`, which is no verdict."""
     click.echo(f"conrod: {one_line(message)}", err=True)
     sys.exit(USAGE)
 
 
 NO_ROOM = "failed to map segment"  # as the dynamic linker says of a library
-SAID_AFTER = 5.0  # [s]
+WAITING_NOTICE_DELAY = 5.0  # [s]
 
 
 def say(text: str, *, err: bool = False, nl: bool = True) -> None:
@@ -161,14 +162,14 @@ def say(text: str, *, err: bool = False, nl: bool = True) -> None:
 
 @contextmanager
 def waiting(subject: object, timeout: float | None) -> Iterator[None]:
-    """Print after some seconds that the work on a file or a scene is still running.
+    """Print, after `WAITING_NOTICE_DELAY`, that the work on a file or a scene is still running.
 
     Args:
-        timeout: after which it is ended [s]; None of work in this process.
+        timeout: after which it is ended [s]; None for work in this process, which has no timeout.
     """
     ends = "" if timeout is None else f"stops itself after {timeout:g} s; "
     words = one_line(f"{subject}: running ({ends}Ctrl-C stops now)")
-    said = threading.Timer(SAID_AFTER, say, (words,), {"err": True})
+    said = threading.Timer(WAITING_NOTICE_DELAY, say, (words,), {"err": True})
     said.daemon = True
     said.start()
     try:

@@ -42,8 +42,8 @@ def catalogue() -> Iterator[PrintedPart]:
     yield from ("", "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them")
 
 
-def scene_found(name: str, scene: Scene) -> Iterator[PrintedPart]:
-    """All about one scene."""
+def scene_parts(name: str, scene: Scene) -> Iterator[PrintedPart]:
+    """Yield what `conrod show` prints of a scene: texts, parameters, bodies, and references."""
     mechanism = scene.kinematics.mechanism
     lines = [f"{name}: {scene.title}", f"source: {scene.source}", f"frame: {scene.frame}"]
     if scene_description(scene) != f"{scene.title}.":  # what a file without a description has
@@ -71,8 +71,8 @@ def scene_found(name: str, scene: Scene) -> Iterator[PrintedPart]:
     yield from (*lines, f"observed points: {points}", f"references: {references}")
 
 
-def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[PrintedPart]:
-    """The quantities of a linkage over a turn, or its driver's span."""
+def turn_parts(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[PrintedPart]:
+    """Yield strokes and transmission angles over a revolution, or over the driver's span."""
     yield from ("", f"crank: {reach_words(turn.crank_range)}")
     span = kinematics.mechanism.driver.span
     if span is not None:
@@ -82,8 +82,8 @@ def turn_found(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Printed
     yield from _separated_by_lines(outputs_table(turn), transmission_table(turn))
 
 
-def instant_found(instant: InstantQuantities) -> Iterator[PrintedPart]:
-    """The motion of links and points at a crank angle."""
+def instant_parts(instant: InstantQuantities) -> Iterator[PrintedPart]:
+    """Yield tables of the motion of links and points at a crank angle."""
     speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
     yield from ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}")
     yield from _separated_by_lines(links_table(instant), points_table(instant))

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from conrod.execution.runner import Runs
 
 RUN_TIMEOUT = 600.0  # [s]
-MOST_MEMORY = 2.0**60  # bytes, that a process can be limited to
+MAX_PROCESS_MEMORY = 2.0**60  # [bytes]; the largest --cell-memory
 OPTIONS, OUTPUT, RUNS = "Options", "Output", "Runs and ledger"  # headings
-# What is written does not say by which command it is found again.
-FILES = (
+# Fields of options that the command printed in a report leaves out: what the report says does not depend on them.
+FILE_FIELDS = (
     "out", "document", "html", "baseline", "accept", "verification", "measured", "limits", "uncertainties", "model"
 )  # fmt: skip
 
@@ -160,7 +160,11 @@ def refuse_others(asked: Any, subject: str, *taken: str) -> None:
 
 
 def explicit_options(asked: Any, *left_out: str) -> dict[str, Any]:
-    """Values of options that were given, by the options' names, but for fields and headings that are left out."""
+    """Return the values of the options that the user gave, by option name.
+
+    Args:
+        left_out: names of fields, and headings, whose options are left out.
+    """
     return {
         one.metadata["option"]: value
         for one in dataclasses.fields(asked)
@@ -195,7 +199,7 @@ class RunOptions:
         if self.cell_memory is None:
             return None
         memory = parse_quantity("--cell-memory", self.cell_memory, "byte")
-        check_number("--cell-memory", memory, 0.0, MOST_MEMORY, "byte")
+        check_number("--cell-memory", memory, 0.0, MAX_PROCESS_MEMORY, "byte")
         return round(memory)
 
     @property

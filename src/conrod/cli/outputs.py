@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic
 
 from conrod.cli import FAILED, say
-from conrod.cli.options import FILES, RUNS, ReportOptions, RunOptions, explicit_options
+from conrod.cli.options import FILE_FIELDS, RUNS, ReportOptions, RunOptions, explicit_options
 from conrod.report.findings import Findings
 from conrod.report.kind import SCENE, F, Kind, Reproduction
 from conrod.report.terminal import print_parts
@@ -62,7 +62,8 @@ class Outputs(Generic[F]):
         place = self.folder or self.html
         if place:
             target = ("--out" if self.folder else "--html", place)
-            again = reproduction(command, subjects, {**explicit_options(self.asked, RUNS, *FILES), **given}, target)
+            stated = {**explicit_options(self.asked, RUNS, *FILE_FIELDS), **given}
+            again = reproduction(command, subjects, stated, target)
             with nullcontext() if len(found) == 1 else _processes(self.asked) as executor:
                 draw = executor.map if executor else map
                 # No folder has the page's name, so that the page holds what was found now and nothing else.

@@ -27,7 +27,7 @@ def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List scenes and machines, one line each; or describe one SCENE."""
-    from conrod.cli.console import catalogue, instant_found, linkage_text, scene_found, turn_found
+    from conrod.cli.console import catalogue, instant_parts, linkage_text, scene_parts, turn_parts
     from conrod.exact.linkage import turn_quantities
     from conrod.execution.files import files_to_write
     from conrod.execution.resolve_arguments import select_scene
@@ -53,9 +53,9 @@ def show(
             batches.append(single_file(files["--svg"], mechanism_svg(chosen)))
         if "--json" in files:
             batches.append(single_file(files["--json"], linkage_text(name, chosen, turn, instant)))
-    print_parts(scene_found(name, chosen))
-    print_parts(turn_found(chosen.kinematics, turn))
-    print_parts(instant_found(instant) if instant else ())
+    print_parts(scene_parts(name, chosen))
+    print_parts(turn_parts(chosen.kinematics, turn))
+    print_parts(instant_parts(instant) if instant else ())
     write_together(batches)
     if "--svg" in files:
         say(f"drawing: {files['--svg']}")

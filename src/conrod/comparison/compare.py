@@ -215,6 +215,7 @@ def _point_errors(name: str, tracks: PointTracks, exact: ExactMotions, speed: fl
         return ErrorSeries(track.instants.angle, np.linalg.norm(off, axis=1) / norm)
 
     def error(quantity: str, norm: float) -> ErrorSeries:
+        """Error of a quantity at the crank angle reached, over `norm`."""
         track: Track = getattr(tracks, quantity)
         return series(track, exact.error(track, name, quantity), norm)
 

@@ -19,7 +19,7 @@ from conrod.mechanism.mechanism import GROUND, HigherPair, Mechanism, Mesh, Poin
 
 @dataclass(frozen=True)
 class Branch:
-    """A body with the joint that connects it to its parent."""
+    """A branch of the spanning tree: a body with the joint that connects it to its parent."""
 
     joint: Revolute | Prismatic
     parent: str

@@ -76,7 +76,7 @@ class BranchTracker:
         )
 
     def solve_poses(self, guess: Array, angle: Array) -> Array:
-        """Solve for poses (T, 3 n) near a guess by Newton iteration; near a change point take its series."""
+        """Solve for poses (T, 3 n) by Newton iteration; near a change point by its series."""
         return self.changes.taylor_coefficients(
             angle, guess, 0, lambda rows: [self.equations.newton(guess[rows], angle[rows])]
         )[0]

@@ -27,7 +27,7 @@ class JudgedResult(CaseResult, ABC):
     """Result of one scene in an engine with a preset: errors and orders of a completed run alone, and a verdict.
 
     Attributes:
-        preset: None of kinematic mode.
+        preset: name; None in kinematic mode.
         order: observed, by quantity.
         passed: the verdict; None where nothing is judged.
     """
@@ -68,9 +68,10 @@ class JudgedResult(CaseResult, ABC):
         return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
 
     def with_verdict(self, asked: Mapping[str, float] | None = None) -> Self:
-        """Return the result with its verdict, `passed`.
+        """Judge the result, and return it with its verdict, `passed`.
 
-        Once, when the result is made; a user's tolerances, which no ledger keeps, give another result.
+        A result is judged by its own tolerances when it is made, and that is kept in the ledger. It is judged once more
+        when a study reads it, if the user gave tolerances.
 
         Args:
             asked: tolerances of the user; None for the result's own.
@@ -201,7 +202,7 @@ class JudgedCase(Case, Generic[Found]):
 
     Attributes:
         engine: name.
-        preset: name; None of kinematic mode.
+        preset: name; None in kinematic mode.
         plan: plan of the runs, with the tolerances that a user asks for.
     """
 

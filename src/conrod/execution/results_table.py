@@ -25,10 +25,9 @@ def tidy_row(
     """Make the row of a run from the plain values of its result; a column without a value is None.
 
     Columns, in this order:
-        key, scene, kind; study: validate, forces or motion, of a result of `conrod validate`, `forces` or `free`,
-        else limits, ablate, versions, or sweep, whose runs several studies share; parameter.NAME [SI], of a machine
-        from a file its mechanism as JSON; engine, engine_version; preset that settings are or come from, None of
-        others;
+        key, scene, kind; study: validate, forces, motion (of `conrod free`), limits, ablate, versions, or sweep, whose
+        runs several studies share; parameter.NAME [SI], or the mechanism as JSON if the machine is from a file;
+        engine, engine_version; the preset that settings are or come from, None if there is none;
         setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], cache_version; outcome, reason;
         passed: the verdict by conrod's own tolerances, of a result of `conrod validate`, `forces` or `free`;

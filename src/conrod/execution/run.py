@@ -119,7 +119,7 @@ AnyRun = TypeVar("AnyRun", bound=RunCase)
 
 
 def clamp_to_span(case: AnyRun) -> AnyRun:
-    """Return the case with the angles that are run: one pass if the input cannot turn fully."""
+    """Limit a case to one pass if its input cannot turn fully; else return it unchanged."""
     if case.scene.kinematics.mechanism.driver.span is None:
         return case
     start, revolutions = run_extent(case.scene, case.settings.steps_per_revolution, case.revolutions)

@@ -34,7 +34,7 @@ def no_progress(description: str, usual: str = "completed") -> AbstractContextMa
 
 @dataclass(frozen=True)
 class Runs:
-    """How the runs of a study are made, and where finished runs are kept.
+    """Options on how the runs of a study are made, and where finished runs are kept.
 
     Attributes:
         ledger: file of finished runs, which are never run again; None for the user's ledger.

@@ -21,11 +21,11 @@ RANDOM_STARTS = 60  # random poses, from which other branches are looked for
 
 @dataclass(frozen=True)
 class MachineComparison:
-    """A model compared with the machine that it is to be.
+    """Comparison of a model with the machine that it should represent.
 
     Attributes:
         machine: its name, or the file that it is in.
-        off: largest distance between the points of both [m]; None where the machine could not be moved so.
+        off: largest distance between the points of both [m]; None if the machine cannot follow the motion.
         point: the point that is off by `off`.
         differences: numbers and loops that the model has otherwise, in words.
         other_kinds: whether a joint or a closure among them is of another kind, wherever the points are.

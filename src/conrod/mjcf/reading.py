@@ -124,6 +124,11 @@ def _joint_sum(model: mujoco.MjModel, name: str, joint: int) -> dict[int, float]
 
 
 def _tendon_sum(model: mujoco.MjModel, name: str, tendon: int) -> dict[int, float]:
+    """Return the coefficients of a fixed tendon's joints, by degree of freedom.
+
+    Raises:
+        InvalidInput: the tendon runs through sites.
+    """
     first = int(model.tendon_adr[tendon])
     wraps = range(first, first + int(model.tendon_num[tendon]))
     if any(int(model.wrap_type[w]) != int(mujoco.mjtWrap.mjWRAP_JOINT) for w in wraps):

@@ -139,7 +139,10 @@ class Findings(Mapping[str, F], Generic[F]):
 
 
 def findings_passed(findings: Any) -> bool | None:
-    """True if everything judged is within tolerance; None where nothing was judged."""
+    """Return the `passed` of findings; None if they have results and none was judged.
+
+    So a study that only measures does not count as passed.
+    """
     results = getattr(findings, "results", None)
     judged = results is None or any(one.passed is not None for one in results)
     passed: bool | None = getattr(findings, "passed", None) if judged else None

@@ -184,7 +184,7 @@ def _render_parts(
     for name, (texts, summary) in zip(saved, made, strict=True):
         files |= texts
         done[name] = _part_entry(kind, name, entries[name], summary, texts)
-    done = {name: done[name] for name in sorted(done, key=kind_order)}
+    done = {name: done[name] for name in sorted(done, key=part_order)}
 
     def part_findings(name: str) -> Any:
         return restore_findings(kind.findings, saved[name] if name in saved else target.values(name))
@@ -200,7 +200,7 @@ def _render_parts(
     return Batch(target.path, {**files, **first, kind.results: json_text(document)}, tuple(stale), meanwhile)
 
 
-def kind_order(name: str) -> tuple[int, str]:
+def part_order(name: str) -> tuple[int, str]:
     """Return a sort key for parts: shipped scenes first, in their order, then others by name."""
     from conrod.scenes import SCENES
 

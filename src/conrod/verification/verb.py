@@ -161,7 +161,11 @@ def _files(asked: VerificationOptions, subject: str) -> list[Path]:
 
 
 def _existing_report(file: Path) -> bytes | None:
-    """The report that another is to take the place of; raises InvalidInput where something would be lost by that."""
+    """Return the content of a report that is to be replaced; None if there is no file.
+
+    Raises:
+        InvalidInput: the file is no report, or was changed after it was written.
+    """
     if not file.exists():
         return None
     page = file.read_bytes()
@@ -206,7 +210,7 @@ def _study_measurements(asked: VerificationOptions, scene: Scene | None) -> Tabl
 
 
 def _length_deviations(study: Any) -> dict[str, float]:
-    """By how much lengths of a user's model are too long [m], where that explains its paths."""
+    """Return how much too long each length of a model is [m], if that explains its paths."""
     found = study.identity.explanations[:1] if isinstance(study, ModelStudy) else ()
     lengths = [one for explanation in found for one in explanation.lengths]
     return {one.name: one.found - one.expected for one in lengths if one.name != ALL_LENGTHS}

@@ -150,10 +150,13 @@ KINEMATIC_TOLERANCE = 1e-13  # of Newton's iteration; if rounding stalls it befo
 
 
 class ExudynStepper:
-    """A machine in the exact state of its start, or of a crank angle [rad]; a call advances it by steps.
+    """A machine in Exudyn that starts in an exact state; a call advances it by some steps.
 
     Each call of the solver starts from the state that the last one left, accelerations included. Its time starts at 0
     each time: with the crank's rate held constant, nothing depends on time.
+
+    Args:
+        angle: crank angle at the start [rad]; None for 0, or for the start of a pass.
 
     Attributes:
         failure: reason why the solver failed; empty while it works.

@@ -139,7 +139,10 @@ def flywheel_inertia(machine: Machine) -> float:
 
 
 def exchanged_inertia(machine: Machine) -> float:
-    """Energy exchanged per revolution over speed^2 [kg m^2], estimated from the observed points."""
+    """Estimate the energy exchanged per revolution, over the crank speed^2 [kg m^2].
+
+    It passes between the crank and all other bodies. The observed points' travel stands for that of all masses.
+    """
     kinematics = machine.kinematics
     mass = sum(body.mass for body in kinematics.mechanism.bodies)
     weight = mass * math.hypot(*kinematics.mechanism.gravity)

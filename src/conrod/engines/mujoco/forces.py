@@ -100,7 +100,7 @@ def forces(machine: Machine, settings: MuJoCoSettings, revolutions: float, start
     if verdict.outcome is not Outcome.COMPLETED:
         return unreported_forces(mechanism, verdict)
     with apply_load_laws(made.model, made.tree):
-        acceleration, components = _ForceReader(made).read_states(times, coordinates, speeds, poses, rates)
+        acceleration, components = _ForceReader(made).solve_states(times, coordinates, speeds, poses, rates)
     drive = -used.armature * acceleration
     return ForceTracks(replace(where, acceleration=acceleration), drive, components, {})
 
@@ -184,10 +184,14 @@ class _ForceReader:
         branches = {branch.joint.name: branch for branch in made.tree.branches}
         self._readers = {joint.name: self._reader(joint, branches) for joint in self._mechanism.joints}
 
-    def read_states(
+    def solve_states(
         self, times: Array, coordinates: Array, speeds: Array, poses: Array, rates: Array
     ) -> tuple[Array, dict[str, dict[str, Array]]]:
-        """Solve all states, (T, ..) each: crank acceleration (T,) and components of joint forces by name."""
+        """Solve the dynamics at T recorded states; all arguments are (T, ...).
+
+        Returns:
+            The crank's acceleration (T,), and the components (T,) of joint forces, by joint and by component.
+        """
         model, data, crank = self._model, self._data, self._made.crank_dof
         acceleration = np.zeros(len(times))
         components = {name: np.zeros((len(times), 2)) for name in self._readers}

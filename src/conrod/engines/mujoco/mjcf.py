@@ -101,7 +101,7 @@ def _add_option(root: ET.Element, mechanism: Mechanism, settings: MuJoCoSettings
 
 
 def _branches_depth_first(tree: SpanningTree, body: str) -> list[Branch]:
-    """Branches below a body in MuJoCo's order of joints, depth first."""
+    """Branches of the spanning tree below a body, depth first as MuJoCo orders joints."""
     branches = []
     for branch in tree.branches:
         if branch.parent == body:

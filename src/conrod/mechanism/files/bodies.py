@@ -62,12 +62,12 @@ class Places:
         """Look up the two points, of different bodies, that a field names."""
         given = fields.entries(name, "the points of two bodies are wanted")
         first, second = (self.find_point(f"{fields.place_of(name)}[{k}]", some) for k, some in enumerate(given))
-        check_apart(fields.place, first, second)
+        check_two_bodies(fields.place, first, second)
         return first, second
 
 
-def check_apart(joint: str, first: BodyPoint, second: BodyPoint) -> None:
-    """Refuse a joint of a body with itself."""
+def check_two_bodies(joint: str, first: BodyPoint, second: BodyPoint) -> None:
+    """Refuse a joint that connects a body with itself; raises InvalidInput."""
     if first.body == second.body:
         raise InvalidInput(f"{joint}: it joins {first.body!r} with itself; the points of two bodies are wanted")
 

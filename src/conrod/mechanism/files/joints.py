@@ -8,7 +8,7 @@ from collections.abc import Callable
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.cam import DWELL, LAWS, CamProfile, Segment, symmetric_cam
 from conrod.mechanism.cam_law import LawProfile, check_undercut
-from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_apart
+from conrod.mechanism.files.bodies import ORIGIN, BodyPoint, Places, check_two_bodies
 from conrod.mechanism.files.fields import (
     ANGLE,
     COORDINATE,
@@ -50,7 +50,7 @@ def _prismatic(fields: Fields, name: str, places: Places) -> Prismatic:
     """Read a slide of one body along a line on another."""
     guide, direction = _line(fields, "guide", places)
     slider = places.field(fields, "slider")
-    check_apart(fields.place, guide, slider)
+    check_two_bodies(fields.place, guide, slider)
     angle = fields.number("angle", ANGLE, f"turn of {slider.body} against {guide.body}", 0.0)
     return Prismatic(name, guide.body, slider.body, guide.point, slider.point, direction, angle)
 
@@ -79,7 +79,7 @@ def _rack(fields: Fields, name: str, places: Places) -> Rack:
     """Read a wheel that rolls on a rack."""
     wheel = places.field(fields, "wheel")
     line, direction = _line(fields, "rack", places)
-    check_apart(fields.place, wheel, line)
+    check_two_bodies(fields.place, wheel, line)
     radius = fields.number("radius", LENGTH, f"radius of {wheel.body}")
     return Rack(name, wheel.body, line.body, wheel.point, line.point, radius, direction)
 
@@ -87,7 +87,7 @@ def _rack(fields: Fields, name: str, places: Places) -> Rack:
 def _cam(fields: Fields, name: str, places: Places) -> CamContact:
     """Read a cam and the roller that rests on it."""
     cam, roller = places.field(fields, "cam"), places.field(fields, "roller")
-    check_apart(fields.place, cam, roller)
+    check_two_bodies(fields.place, cam, roller)
     if cam.name != ORIGIN:
         raise InvalidInput(f"{fields.place_of('cam')}: name the body alone; the profile is given in its frame")
     radius = fields.number("roller_radius", LENGTH, f"radius of the roller on {roller.body}")

@@ -192,7 +192,7 @@ def _fit_coarsely(search: PathSearch) -> FrameFit:
 
 
 def _fit_pass_coarsely(search: PathSearch, span: tuple[float, float]) -> FrameFit:
-    """Fit the machine's one pass to each part of the model's travel that is as long."""
+    """Fit the machine's one pass to all parts of the model's travel; return the best fit."""
     begin, end = span
     given, sense, scan, coordinate = search.given, search.sense, search.scan, search.scan.coordinate
     count = round((end - begin) / float(coordinate[1] - coordinate[0]))

@@ -63,7 +63,7 @@ def _other_forces_words(study: ModelStudy) -> Iterator[str]:
 
 
 def _identity_words(study: ModelStudy) -> str:
-    """Say in a sentence whether the model is the machine, and whether limits stop it."""
+    """Say whether the model is the machine that was named, and whether its limits stop it."""
     if not study.is_machine:
         return f"It is not {study.scene_name} as it stands: {_mismatch_words(study)}."
     if study.model.stops:

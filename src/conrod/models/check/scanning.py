@@ -107,7 +107,11 @@ def _shape_error(model: mujoco.MjModel, geom: int, axis: Array) -> float:
 
 
 def model_facts(turning: Turning, question: ModelRequest) -> ModelFacts:
-    """Facts of a model, without its stops; raises InvalidInput if it lacks a keyframe or a control."""
+    """Collect the facts of a model, all but `stops`, which need its motion.
+
+    Raises:
+        InvalidInput: the model lacks a keyframe or a control.
+    """
     model, tree, pair = turning.model, turning.machine.tree, turning.touching
     data, key = data_at_start(model, question.keyframe, question.controls)
     controls, option = data.ctrl.tolist(), model.opt

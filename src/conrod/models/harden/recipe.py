@@ -52,7 +52,7 @@ def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
 
 
 def hardenable_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
-    """Equality constraints that act from the start and can be hardened, handles among them."""
+    """Equality constraints that act from the start and can be hardened, mocap welds included."""
     if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
         return ()
     return tuple(

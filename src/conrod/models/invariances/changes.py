@@ -141,6 +141,7 @@ def _with_elliptic_cone(bench: InvarianceBench) -> InvarianceBench:
 
 
 def _image_accelerations(model: mujoco.MjModel, similarity: Similarity) -> Callable[[Array], Array]:
+    """Return a function of a state: the image's accelerations, in the model's coordinates."""
     solved = with_converged_solver(model)
     image, rates = similarity.apply(solved), similarity.rate_matrix(solved)
 

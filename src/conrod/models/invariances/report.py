@@ -53,7 +53,7 @@ def _verdict_cell(one: Invariance) -> Cell:
 
 
 def notes(study: InvarianceStudy) -> list[str]:
-    """List the smallest model that breaks each broken invariance, and the runs."""
+    """List the smallest model that breaks each broken invariance, and describe the runs."""
     cases = [f"{one.change}: broken in the model with {one.case}" for one in study.broken if one.case]
     return [*cases, f"MuJoCo {study.engine_version}; {study.run}"]
 

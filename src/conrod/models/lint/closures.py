@@ -44,7 +44,7 @@ MIN_TIME_CONSTANT_STEPS = 2.0  # MuJoCo admits no less
 
 
 def soft_closure(bench: LintBench) -> Iterator[Finding]:
-    """Closures that give way, stock softness above all."""
+    """Closures that yield under load, above all those with MuJoCo's default softness."""
     opened, finer = _largest_violations(bench), bench
     dragged = handle_indices(bench.model)  # by hand, and meant to give way
     wide = [k for k in range(bench.model.neq) if opened[k] > MAX_BEARING_PLAY * bench.size and k not in dragged]

@@ -148,7 +148,8 @@ def _travel(table: TableComparison, name: str) -> float:
 def _is_beaten(cause: Cause, better: Sequence[Cause]) -> bool:
     """True if other causes explain every error that this cause explains, and leave far less of each.
 
-    Another cause than a fault of sensors, which has unknowns in each column, need only leave not far more.
+    A fault of sensors has unknowns in each column, and so fits better by itself: a cause of another kind explains an
+    error as well as it does even if it leaves up to 1 / `FAR_BETTER_FACTOR` times as much.
     """
 
     def beats(other: Cause) -> bool:

@@ -89,6 +89,7 @@ def _undo_slide_change(table: TableComparison, joint: Prismatic, change: Array) 
     mechanism = solver.mechanism
 
     def move_slide(one: Joint) -> Joint:
+        """Return the slide with the offset and tilt, any other joint as it is."""
         if one.name != joint.name:
             return one
         normal = np.array([-math.sin(joint.direction), math.cos(joint.direction)])

@@ -139,8 +139,8 @@ class ForceComparison:
     """Reported forces of a run and exact forces at the same instants.
 
     Attributes:
-        kept: mask of the samples away from change points, where joint forces are determined; all else is without
-            the others.
+        kept: mask of the samples away from change points, where joint forces are determined; the other attributes
+            hold these samples alone.
         state: states of the crank at these samples.
         reported, exact: forces by quantity (T,) [N] or [N m].
         peaks: peaks that normalise the errors.

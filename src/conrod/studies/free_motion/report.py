@@ -68,6 +68,7 @@ def verdicts_table(studies: Sequence[MotionStudy]) -> Table:
 
 
 def _departure_text(result: MotionResult) -> str:
+    """Text for the time at which a run leaves the exact motion: `never` if it does not."""
     if result.errors is None:
         return numbers.MISSING
     return "never" if result.leaves is None else f"{result.leaves:.4g} s"

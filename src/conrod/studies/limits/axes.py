@@ -151,7 +151,11 @@ def _declaration_text(setup: Setup, number: float) -> str:
 
 
 def _one_pass_refusal(rest: str) -> Callable[[Setup], str | None]:
-    """Return a function that says why an input of one pass lacks an axis."""
+    """Return a function that gives the reason why an input that makes one pass lacks an axis.
+
+    Args:
+        rest: end of the reason, after "the input of ... makes one pass".
+    """
     return lambda setup: (
         f"the input of {setup.scene.kind} makes one pass {rest}" if setup.mechanism.driver.span else None
     )
@@ -232,7 +236,7 @@ AXIS_TABLE = (
     Axis(
         "declaration", "Order of declaration", "number of the permutation", Scale.LISTED,
         lambda setup, value: setup.case_with(declared_mechanism=machines.reordered_mechanism(setup, value)),
-        values=lambda setup: machines.order_numbers(setup, MAX_ORDERS), text=_declaration_text,
+        values=lambda setup: machines.permutation_numbers(setup, MAX_ORDERS), text=_declaration_text,
     ),
     Axis(
         "float", "Speed against preload", "crank speed over the float speed", Scale.LOG,

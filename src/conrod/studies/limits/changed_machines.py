@@ -115,8 +115,11 @@ def dead_centre_angles(scene: Scene) -> tuple[float, ...]:
 # -- order of declaration --------------------------------------------------------------------------------------------
 
 
-def order_numbers(setup: Setup, most: int) -> tuple[float, ...]:
-    """Return numbers of permutations of bodies and joints: all, or `most` evenly spread."""
+def permutation_numbers(setup: Setup, most: int) -> tuple[float, ...]:
+    """Return numbers of permutations of bodies and joints: of all, or of `most` of them.
+
+    These are evenly spread over all, the first and the last included.
+    """
     last = math.factorial(len(setup.mechanism.bodies)) * math.factorial(len(setup.mechanism.joints)) - 1
     count = min(most, last + 1)
     return tuple(dict.fromkeys(float(round(k * last / max(count - 1, 1))) for k in range(count)))

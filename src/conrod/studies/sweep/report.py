@@ -44,11 +44,12 @@ def spots(study: SweepStudy, diagram: Drawing) -> Iterator[Spot]:
     """Yield a spot for each timed point of the diagram, with its settings to paste."""
     points = tables.timed_points(study)
     for axes, quantity in zip(diagram.axes, QUANTITIES, strict=True):
-        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _spot_words(study, p)) for p in points]
+        places = [(p.cost or 0.0, p.error(quantity) or 0.0, _point_words(study, p)) for p in points]
         yield from spots_in_axes(diagram, axes, places)
 
 
-def _spot_words(study: SweepStudy, point: SweptPoint) -> str:
+def _point_words(study: SweepStudy, point: SweptPoint) -> str:
+    """Describe a run in the diagram: engine, steps, errors, cost, and settings to paste."""
     errors = ", ".join(f"{quantity} {numbers.measured_text(point.error(quantity))}" for quantity in QUANTITIES)
     return (
         f"{point.label}: {engine_title(point.engine)} {point.rule}, {point.steps_per_revolution} steps a revolution: "
@@ -136,6 +137,7 @@ def _points_without_preset(points: Sequence[SweptPoint], engine: str) -> list[Sw
 
 
 def _rounded_errors(points: Sequence[SweptPoint], quantity: str) -> Any:
+    """Errors of points, rounded to what a logarithmic figure can show."""
     return round_to_log_grid(np.array([p.error(quantity) or 0.0 for p in points]))
 
 

@@ -73,13 +73,13 @@ def validate(
         check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 
-    def study_groups(groups: Sequence[Mapping[str, Scene]], qualify: bool) -> list[Sequence[SceneStudy]]:
+    def validate_groups(groups: Sequence[Mapping[str, Scene]], qualify: bool) -> list[Sequence[SceneStudy]]:
         with Runner.open(runs) as runner:
             return runner.pursue([_study_scenes(scenes, able, presets, plan, qualify) for scenes in groups])
 
-    (found,) = study_groups([chosen], qualify)
+    (found,) = validate_groups([chosen], qualify)
     # A baseline measures its rounding bands by further runs, of the scenes at speeds that differ in the last bits.
-    compared = check.compare(found, lambda groups: study_groups(groups, False), scene_lines) if check else None
+    compared = check.compare(found, lambda groups: validate_groups(groups, False), scene_lines) if check else None
     call = text_of_call(
         "validate",
         list(chosen),

@@ -146,6 +146,7 @@ class ValidationResult(JudgedResult):
 
     @property
     def limits(self) -> Mapping[str, float]:
+        """Allowed errors by quantity, from `tolerance`."""
         return self.tolerance.limits()
 
     @property
