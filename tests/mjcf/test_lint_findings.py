@@ -115,6 +115,14 @@ def test_size_is_the_diagonal_about_moving_bodies_and_joints(tmp_path: Path) -> 
     assert one.size == float(one.model.stat.extent) > 0.0
 
 
+def test_document_without_an_end_tag_is_refused_with_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "short.xml"
+    path.write_text("<mujoco/>", encoding="utf-8")
+    with pytest.raises(InvalidInput) as raised:
+        Document(path)
+    assert str(raised.value) == (f"{path}: it is no MJCF: it does not end with </mujoco>; mj_saveLastXML writes MJCF")
+
+
 def moved(bench: LintBench, largest: float, travel: float) -> tuple[LintBench, Run]:
     """A bench whose point travels, and a run in which the point is off by so much."""
     points = np.zeros((2, 1, 3))

@@ -32,7 +32,7 @@ from conrod.execution.run import RunCase, measure
 from conrod.studies.validation.dynamic_mode import validate_dynamic
 
 NOISE = np.abs(np.random.default_rng(3).standard_normal(70_001)) ** 7
-COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 65_536, 70_001)
+COUNTS = (1, 7, 8, 128, 129, 4096, 4097, 8200, 12_345, 13_147, 19_400, 65_536, 70_001)
 
 
 def in_pieces_of(monkeypatch: pytest.MonkeyPatch, engine: Engine[Any], steps: int) -> None:
