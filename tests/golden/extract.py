@@ -214,7 +214,7 @@ def _sweep(file: Path) -> Records:
             name = f"{point['engine']}/{point['key']}"
             yield f"{name}/steps", Record(point["steps_per_revolution"])
             yield from _measured(
-                name, _without(json.loads(zlib.decompress(runs[point["key"]][-1])), "reason", "signed")
+                name, _without(json.loads(zlib.decompress(runs[point["key"]][-1])), "reason", "signed", "sizes")
             )
         for rule in sweep["rules"]:
             own = [p for p in sweep["points"] if (p["engine"], p["rule"]) == (rule["engine"], rule["name"])]
@@ -280,7 +280,7 @@ def kept_runs(ledger: Path) -> dict[str, tuple[Any, ...]]:
     """Key of a run -> all that the ledger keeps of it."""
     connection = sqlite3.connect(ledger)
     try:
-        return {key: row for key, *row in connection.execute("SELECT key, outcome, allowed, measurement FROM runs")}
+        return {key: row for key, *row in connection.execute("SELECT key, outcome, allowed, result FROM runs")}
     finally:
         connection.close()
 

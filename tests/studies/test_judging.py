@@ -19,13 +19,19 @@ from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.case import CACHE_VERSION, identity_digest, pursue
+from conrod.execution.case import CACHE_VERSION, Case, identity_digest, pursue
+from conrod.execution.releases import VersionCase
 from conrod.execution.result import AS_ASKED, Plan, presets_study, refinement_path, run_refinement_path
+from conrod.execution.results_table import SIZES, tidy_row
 from conrod.execution.run import RunCase, RunResult
 from conrod.scenes import SCENES, scene_named
+from conrod.studies.ablate.study import CostCase
 from conrod.studies.forces.results import ForceErrors, ForceResult
 from conrod.studies.forces.study import ForceCase, ForcePlan
+from conrod.studies.free_motion.plan import MotionPlan
 from conrod.studies.free_motion.results import ExactSummary, MotionResult
+from conrod.studies.free_motion.study import MotionCase
+from conrod.studies.limits.case import LimitCase
 from conrod.studies.validation.kinematic_mode import validate_kinematic
 from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult
 from conrod.studies.validation.study import ValidationCase
@@ -302,6 +308,55 @@ def test_result_is_restored_whole_from_its_plain_values() -> None:
     assert found.sizes() == {
         q: {m: found.largest(q, m) for m in ("max", "rms", "final")} for q in (*QUANTITIES, "total")
     }
+
+
+def test_verdict_and_columns_of_a_result_stand_in_the_table() -> None:
+    found = KEPT.perform()
+    saved = plain_values(found) | {SIZES: found.sizes()}
+    row = tidy_row(KEPT.key, KEPT.name, KEPT.identity(), saved, None)
+    assert (row["study"], row["cache_version"], row["passed"], row["outcome"]) == (
+        "validate", CACHE_VERSION, True, "completed",
+    )  # fmt: skip
+    assert row["position_max"] == found.largest("position")
+    assert (found.closure is None, found.phase is None, found.drive is None, found.prediction is None) == (False,) * 4
+    assert row["closure_velocity"] == (found.closure or {})["velocity"]
+    assert row["phase_max"] == (found.phase or {})["max"]
+    assert row["drive_speed"] == (found.drive or {})["speed"]
+    assert row["predicted_position"] == (found.prediction or {})["position"]["predicted"]
+    failing = replace(KEPT, scene=SCENES["saw-500rpm"], preset="stock", plan=Plan(20, 1.0)).perform()
+    assert (failing.completed, failing.reason == "") == (False, False)
+
+
+def cases_by_study() -> dict[str, Case]:
+    settings = tuned(50)
+    cases: list[Case] = [
+        validation("tuned"), forces("stock"), RunCase("mine", SAW, settings, 3.0),
+        LimitCase("mine", SAW, settings),
+        MotionCase("mine", SAW, "mujoco", "tuned", MotionPlan("free")),
+        VersionCase("mine", SAW, settings, version="4.0.0"),
+        CostCase("mine", SAW, settings, against=tuned(40), machine="here"),
+    ]  # fmt: skip
+    return {case.study: case for case in cases}
+
+
+# A key that changed without a new version of the cache would have every run made again, unsaid.
+PINNED = (
+    2,
+    {
+        "validate": "1f8a6e2c812be89a998fc72407815d55",
+        "forces": "6bb80aceee1207abbcb3db429542f5e1",
+        "sweep": "92c8a982089285102cef69bf86d40d37",
+        "limits": "d7cc74e796be4e45c109540b7926dd5d",
+        "motion": "c906cdc1647ecd945b4dd76f1bf12ff6",
+        "versions": "82523597afdec912a6f56a25e1ebf9ae",
+        "ablate": "c8bd63c38574c072651de3de9055eacf",
+    },
+)
+
+
+def test_keys_change_with_the_version_of_the_cache_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(type(engine_named("mujoco")), "version", "4.0.0")
+    assert (CACHE_VERSION, {study: case.key for study, case in cases_by_study().items()}) == PINNED
 
 
 def test_kept_result_takes_name_and_tolerances_of_the_request() -> None:

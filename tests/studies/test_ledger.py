@@ -21,6 +21,7 @@ from command_line import conrod
 
 from conrod import InvalidInput
 from conrod.execution import ledger_file
+from conrod.execution.case import CaseResult
 from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, call_isolated
@@ -163,6 +164,21 @@ def test_internal_error_is_not_reported_as_one_of_the_file(ledger: Ledger) -> No
         list(ledger._select("SELECT key FROM no_table WHERE key IN", KEYS))
 
 
+@pytest.mark.parametrize("part", ["VIEW timings AS SELECT * FROM cells", "VIEW v AS SELECT 1"])
+def test_an_older_ledger_with_foreign_parts_is_refused_as_it_is(part: str, whole: Path, tmp_path: Path) -> None:
+    path = tmp_path / "ledger.sqlite"
+    shutil.copy(whole, path)
+    with closing(sqlite3.connect(path)) as older:
+        if "VIEW timings" in part:
+            older.execute("DROP TABLE timings")
+        older.execute(f"CREATE {part}")
+        older.execute("PRAGMA user_version = 1")
+    before = path.read_bytes()
+    with pytest.raises(InvalidInput, match="damaged: it has a view"):
+        Ledger.open(path)
+    assert path.read_bytes() == before
+
+
 # -- damaged -----------------------------------------------------------------------------------------------------------
 
 FEW = CELLS[:6]
@@ -238,6 +254,37 @@ def test_ledger_gives_no_traceback_with_sixty_corrupt_places(whole: Path, tmp_pa
             refused.append(str(error))
     assert all("the ledger" in message and "\n" not in message for message in refused)
     assert len(refused) < 20  # what holds the rows together is a small part of the file
+
+
+@pytest.mark.parametrize(
+    "values", [{"outcome": "completed", "reason": "", "errors": 5}, {"outcome": "gone", "reason": ""}, {"outcome": 1}]
+)
+def test_a_row_of_another_form_is_made_again(values: dict[str, Any], whole: Path, tmp_path: Path) -> None:
+    path = tmp_path / "ledger.sqlite"
+    shutil.copy(whole, path)
+    with closing(sqlite3.connect(path)) as raw, raw:
+        packed = zlib.compress(json.dumps(values).encode())
+        raw.execute("UPDATE runs SET result = ? WHERE key = ?", (packed, KEYS[0]))
+    assert resumed(path) == [KEYS[0]]
+    assert resumed(path) == []
+
+
+def test_table_counts_a_row_of_other_values_as_damaged(whole: Path, tmp_path: Path) -> None:
+    path = tmp_path / "ledger.sqlite"
+    shutil.copy(whole, path)
+    with closing(sqlite3.connect(path)) as raw, raw:
+        packed = zlib.compress(b'{"outcome": "completed", "sizes": {"position": 5}, "phase": 7}')
+        raw.execute("UPDATE runs SET result = ? WHERE key = ?", (packed, KEYS[0]))
+    with Ledger.open(path) as ledger:
+        assert len(list(ledger.rows())) == len(FEW) - 1
+        assert ledger.damaged == 1
+
+
+def test_a_failed_call_is_kept_by_outcome_and_reason_alone(ledger: Ledger) -> None:
+    ledger.keep(CELLS[0], CaseResult("crashed", "signal 11"))
+    (blob,) = ledger._connection.execute("SELECT result FROM runs").fetchone()
+    assert json.loads(zlib.decompress(blob)) == {"outcome": "crashed", "reason": "signal 11", "sizes": {}}
+    assert ledger.results(BY_KEY) == {KEYS[0]: RunResult("crashed", "signal 11")}
 
 
 def test_results_leave_out_what_is_damaged_and_say_so(whole: Path, tmp_path: Path) -> None:

@@ -172,7 +172,8 @@ def test_records_of_a_run_are_restored_whole() -> None:
     )
     assert case_of(SAW).restore_result(plain_values(kept)) == kept
     never_began = case_of(SAW).failed_result(Outcome.CRASHED, "why")
-    assert never_began == LimitResult("crashed", "why", samples=0, fingerprint="", flights=())
+    assert (never_began.outcome, never_began.reason) == ("crashed", "why")
+    assert (never_began.samples, never_began.fingerprint, never_began.flights, never_began.again) == (0, "", (), ())
 
 
 def test_a_load_takes_torque_by_its_virtual_work() -> None:

@@ -229,8 +229,8 @@ def test_a_plan_names_the_runs_of_a_preset() -> None:
     plan, preset = Plan(200, 3.0), engine_named("pymunk").presets["tuned"]
     of = [preset(SAW, n).as_dict() for n in (200, 25, 50, 100, 200)]
     facts = {"revolutions": 3.0, "start_angle": 0.0}
-    assert plan.key_fields(SAW, preset) == {"settings": of[0], "refined": of[1:]} | facts
-    assert plan.key_fields(SAW, preset, refined=False) == {"settings": of[0], "refined": []} | facts
+    assert plan.run_fields(SAW, preset) == {"settings": of[0], "refined": of[1:]} | facts
+    assert plan.run_fields(SAW, preset, refined=False) == {"settings": of[0], "refined": []} | facts
     assert (Plan().steps(SAW), plan.steps(SAW), plan.extent(SAW)) == (1000, 200, (0.0, 3.0))
 
 

@@ -116,7 +116,7 @@ class PointSizes:
 
 
 class RunErrors(PointSizes):
-    """Recorder of all errors of a run, by their names in a measurement."""
+    """Recorder of all errors of a run, by their names in a result."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -133,7 +133,7 @@ class RunErrors(PointSizes):
         self._phase = float(piece.phase[0][-1])
 
     def as_dict(self) -> dict[str, Any]:
-        """Errors of points, closures, phase and drive, as saved in a measurement."""
+        """Errors of points, closures, phase and drive, by the names of a result's fields."""
         largest: Mapping[str, Mapping[str, float]] = self._largest
         phase = {"max": max(largest["phase"].values()), "final": self._phase}
         return {"errors": self.errors, "closure": largest["closure"], "phase": phase, "drive": largest["drive"]}

@@ -243,7 +243,10 @@ def _result_drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift
     elif was.outcome != own.outcome:
         yield Drift(name, "outcome", was.outcome, own.outcome)
     else:
-        yield from (Drift(name, *differing) for differing in _differences(was.settings, own.settings))
+        # A setting that only one of two versions of conrod knows says nothing of the run.
+        common = was.settings.keys() & own.settings.keys()
+        settings = ({name: value for name, value in one.settings.items() if name in common} for one in (was, own))
+        yield from (Drift(name, *differing) for differing in _differences(*settings))
         for what in {**was.numbers, **own.numbers}:
             yield from _number_drift(name, what, was.numbers.get(what), own.numbers.get(what))
 

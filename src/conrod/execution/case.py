@@ -18,7 +18,8 @@ from conrod.errors import InvalidInput
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 
-OUTCOMES = {outcome.slug for outcome in Outcome}
+OUTCOMES = {outcome.slug: outcome for outcome in Outcome}
+FAILURE_FIELDS = {"outcome", "reason", "sizes"}  # all that is kept of a case whose process gave no result
 MEASURES = ("max", "rms", "final")
 Sizes = Mapping[str, float]
 
@@ -78,7 +79,7 @@ class Case(ABC):
     """
 
     study: ClassVar[str]  # name of the study that makes the case, for the table of all runs
-    result_type: ClassVar[type[Any]]  # a `CaseResult`
+    result_type: ClassVar[type[CaseResult]]
 
     name: str
     scene: Scene = field(repr=False)
@@ -110,19 +111,19 @@ class Case(ABC):
 
     def failed_result(self, outcome: Outcome, reason: str) -> CaseResult:
         """Return the result of a case whose process ended without giving one."""
-        failed: CaseResult = self.result_type(outcome.slug, reason)
-        return failed
+        return self.result_type(outcome.slug, reason)
 
     def restore_result(self, saved: Mapping[str, Any]) -> CaseResult:
-        """Restore a result of this case from its plain values.
+        """Restore a result of this case from its plain values, or make that of a failed call from its reason.
 
         Raises:
             InvalidInput: the values are of another kind.
         """
-        restored: CaseResult = restore(self.result_type, saved)
-        if restored.outcome not in OUTCOMES:
-            raise InvalidInput(f"saved values have the outcome {restored.outcome!r}, which no run has")
-        return restored
+        if (outcome := saved.get("outcome")) not in OUTCOMES:
+            raise InvalidInput(f"saved values have the outcome {outcome!r}, which no run has")
+        if saved.keys() <= FAILURE_FIELDS:
+            return self.failed_result(OUTCOMES[outcome], str(saved["reason"]))
+        return restore(self.result_type, saved)
 
     @abstractmethod
     def key_fields(self) -> dict[str, Any]:

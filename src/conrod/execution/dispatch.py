@@ -105,7 +105,8 @@ def _run_and_keep(
             ended = future.result()
         except (WorkerDied, TimeoutError, MemoryError) as error:  # a case cannot cause other errors
             ended = FailedCall.from_error(error)
-        result = case.failed_result(ended.outcome, ended.reason) if isinstance(ended, FailedCall) else ended
+        # Of a failed call these two alone are kept: to make the whole result may take long, as a free motion's.
+        result = CaseResult(ended.outcome.slug, ended.reason) if isinstance(ended, FailedCall) else ended
         ledger.keep(case, result, executor.limits.limit_for(result.outcome), replace=fresh)
         return result.outcome
 

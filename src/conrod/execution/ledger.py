@@ -185,8 +185,13 @@ class Ledger:
                 identity, saved = _restore_identity(key, text), None if blob is None else _unpack(blob)
                 if identity is None or (saved is None and blob is not None):
                     self.damaged += 1
+                    continue
+                try:
+                    row = tidy_row(key, name, identity, saved, None if timing[0] is None else _restore_timing(timing))
+                except (AttributeError, KeyError, TypeError):  # JSON of other values than a result's
+                    self.damaged += 1
                 else:
-                    yield tidy_row(key, name, identity, saved, None if timing[0] is None else _restore_timing(timing))
+                    yield row
 
     # -- SQLite ------------------------------------------------------------------------------------------------------
 
@@ -208,14 +213,12 @@ class Ledger:
 
 def _pack(result: CaseResult) -> bytes:
     given = ((field, getattr(result, field.name)) for field in fields(result))
-    values = {
-        field.name: plain_values(value) for field, value in given if value is not None or field.default is not None
-    }
+    values = {field.name: value for field, value in given if value is not None or field.default is not None}
     # The table of all runs reads the largest errors without the code of the study.
     values |= {SIZES: result.sizes()}
-    text = msgspec.json.encode(values)
+    text = msgspec.json.encode(values, enc_hook=plain_values)
     if b"null" in text:  # which may be a NaN: JSON has none, Python's own encoder does
-        text = json.dumps(values, separators=(",", ":")).encode()
+        text = json.dumps(plain_values(values), separators=(",", ":")).encode()
     # The lightest compression halves the file; a stronger one costs more than writing does.
     return zlib.compress(text, 1)
 

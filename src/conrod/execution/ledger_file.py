@@ -9,7 +9,7 @@ import shutil
 import sqlite3
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -50,13 +50,12 @@ PRAGMA user_version = {CACHE_VERSION};
 """
 
 
-def connect(path: Path, patience: float = LOCK_TIMEOUT) -> tuple[sqlite3.Connection, int]:
+def connect(path: Path, patience: float = LOCK_TIMEOUT, may_empty: bool = True) -> tuple[sqlite3.Connection, int]:
     """Connect to the ledger at a path; create the file and its folders if missing.
-
-    A ledger of an older version is emptied: its results count no more, and take minutes to make again.
 
     Args:
         patience: how long to wait for another process that writes [s].
+        may_empty: whether a ledger of an older version, whose results count no more, is emptied or else refused.
 
     Raises:
         InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod, or locked for long.
@@ -70,7 +69,7 @@ def connect(path: Path, patience: float = LOCK_TIMEOUT) -> tuple[sqlite3.Connect
     with name_ledger_in_errors(path):
         real.parent.mkdir(parents=True, exist_ok=True)
         connection = sqlite3.connect(real, timeout=patience, isolation_level=None)
-        return _checked_connection(connection, path, patience, may_empty=True)
+        return _checked_connection(connection, path, patience, may_empty)
 
 
 @contextmanager
@@ -83,12 +82,8 @@ def connect_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
         InvalidInput: as `connect`.
     """
     real, log = own_path(path), own_path(path).with_name(f"{path.name}-wal")
-    if not real.is_file():
-        raise InvalidInput(f"there is no ledger {path}")
-    if os.access(real, os.W_OK) and os.access(real.parent, os.W_OK):
-        with name_ledger_in_errors(path):
-            connection = sqlite3.connect(real, timeout=LOCK_TIMEOUT, isolation_level=None)
-            yield _checked_connection(connection, path, LOCK_TIMEOUT)[0]
+    if not real.is_file() or (os.access(real, os.W_OK) and os.access(real.parent, os.W_OK)):
+        yield connect(path, may_empty=False)[0]
         return
     with tempfile.TemporaryDirectory(prefix="conrod-ledger-") as folder, name_ledger_in_errors(path):
         if log.exists() and log.stat().st_size:
@@ -114,8 +109,8 @@ def _checked_connection(
         try:
             if _is_blank(connection):
                 _create_tables(connection, patience)
-            if may_empty:
-                emptied = _empty_older_ledger(connection)
+            if may_empty and _is_older(connection):
+                emptied = _empty_older_ledger(connection, path)
             if _pragma(connection, "application_id") != APPLICATION_ID:
                 raise InvalidInput(f"{path} is not a ledger of conrod: it is another program's SQLite file")
             if _pragma(connection, "user_version") > CACHE_VERSION:
@@ -161,22 +156,23 @@ def _is_older(connection: sqlite3.Connection) -> bool:
     return is_ledger and _pragma(connection, "user_version") < CACHE_VERSION
 
 
-def _empty_older_ledger(connection: sqlite3.Connection) -> int:
+def _empty_older_ledger(connection: sqlite3.Connection, path: Path) -> int:
     """Replace the tables of an older ledger by empty ones; return the number of runs that it had."""
-    if not _is_older(connection):
-        return 0
     connection.execute("BEGIN IMMEDIATE")
     with connection:
         if not _is_older(connection):  # looked at again with the file locked
             return 0
-        there = {name for (name,) in connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-        count = int(connection.execute("SELECT count(*) FROM runs").fetchone()[0]) if "runs" in there else 0
+        kinds = dict(connection.execute("SELECT name, type FROM sqlite_master"))
+        if foreign := _foreign_parts(kinds):
+            raise InvalidInput(f"the ledger {path} is damaged: {foreign}; remove it or name another")
+        count = connection.execute("SELECT count(*) FROM runs").fetchone()[0] if kinds.get("runs") == "table" else 0
+        connection.execute("DROP INDEX IF EXISTS stopped")
         # A table before those that it refers to.
         for table in ("timings", "runs", "cells"):
             connection.execute(f"DROP TABLE IF EXISTS {table}")
         for statement in LEDGER_TABLES.split(";\n"):
             connection.execute(statement)
-    return count
+    return int(count)
 
 
 def _is_blank(connection: sqlite3.Connection) -> bool:
@@ -201,6 +197,11 @@ def _schema_fault(connection: sqlite3.Connection) -> str:
         there = {row[1] for row in connection.execute(f"PRAGMA table_info({table})")}
         if lacking := sorted(columns - there):
             return f"its table {table} has no column {lacking[0]}"
+    return _foreign_parts(kinds)
+
+
+def _foreign_parts(kinds: Mapping[str, str]) -> str:
+    """Name a trigger or view, by the kinds of a file's parts; empty if there is none."""
     others = [f"a {kind} {name}" for name, kind in kinds.items() if kind in ("trigger", "view")]
     return f"it has {others[0]}, which conrod does not make" if others else ""
 

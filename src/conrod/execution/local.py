@@ -206,7 +206,7 @@ FILE_MEMORY = 4 << 30  # [bytes]
 
 @dataclass(frozen=True)
 class FailedCall:
-    """The outcome of a call in another process that gave no result, with the reason."""
+    """The outcome of a call that gave no result, with the reason: its process ended, or a plugin's engine failed."""
 
     outcome: Outcome
     reason: str

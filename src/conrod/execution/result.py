@@ -148,7 +148,7 @@ class Plan:
         """Return the steps per revolution for a scene."""
         return self.steps_per_revolution or default_steps(scene)
 
-    def key_fields(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
+    def run_fields(self, scene: Scene, preset: Preset[Any], refined: bool = True) -> dict[str, Any]:
         """Return the plain values of a case's key that describe the runs of a preset.
 
         Args:
@@ -228,7 +228,7 @@ class JudgedCase(Case, Generic[Found]):
     def tolerance(self) -> Mapping[str, float] | None:
         """Tolerances that the user asked for; None for the study's own."""
         asked: Mapping[str, float] | None = self.plan.tolerance
-        return asked
+        return asked or None
 
     @abstractmethod
     def empty_result(self) -> Found:

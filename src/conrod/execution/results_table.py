@@ -25,8 +25,8 @@ def tidy_row(
     """Make the row of a run from the plain values of its result; a column without a value is None.
 
     Columns, in this order:
-        key, scene, kind; study: validate, forces, motion (of `conrod free`), limits, ablate, versions, or sweep, whose
-        runs several studies share; parameter.NAME [SI], or the mechanism as JSON if the machine is from a file;
+        key, scene, kind; study: validate, qualification (of --qualify), forces, motion (of `conrod free`), limits,
+        ablate, versions, or sweep, whose runs several studies share; parameter.NAME [SI], or the mechanism as JSON if the machine is from a file;
         engine, engine_version; the preset that settings are or come from, None if there is none;
         setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], cache_version; outcome, reason;

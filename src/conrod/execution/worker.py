@@ -19,6 +19,7 @@ from queue import SimpleQueue
 from typing import TypeVar
 
 from conrod import engines
+from conrod.comparison.plain_values import plain_values
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.plugin_values import EngineFault, error_line
 from conrod.errors import InvalidInput, portable
@@ -44,7 +45,8 @@ def perform(case: Case) -> CaseResult | FailedCall:
     loaded = engines.engine_named(engine)
     before = getattr(loaded, "handed_over", 0)
     try:
-        return case.perform()
+        # What a plugin gave is made conrod's own values where it can harm its own case alone.
+        return case.restore_result(plain_values(case.perform()))
     except Exception as error:
         # An input that conrod refuses before the engine has returned anything is the user's mistake.
         refused_input = isinstance(error, InvalidInput) and getattr(loaded, "handed_over", 0) == before

@@ -166,4 +166,4 @@ class ForceCase(JudgedCase[ForceResult]):
     def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: settings and revolutions of all runs, and the groups of quantities."""
         preset, plan = self.loaded_engine.presets[str(self.preset)], self.plan
-        return plan.key_fields(self.scene, preset, plan.refined) | {"quantities": plan.quantities}
+        return plan.run_fields(self.scene, preset, plan.refined) | {"quantities": plan.quantities}

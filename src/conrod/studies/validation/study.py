@@ -36,7 +36,7 @@ class ValidationCase(JudgedCase[ValidationResult]):
 
     @property
     def tolerance(self) -> Mapping[str, float] | None:
-        return None if self.preset is None else self.plan.tolerance
+        return None if self.preset is None else super().tolerance
 
     def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:
         required = self.preset is None or self.loaded_engine.presets[self.preset].judged
@@ -45,10 +45,10 @@ class ValidationCase(JudgedCase[ValidationResult]):
     def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: settings and revolutions of all runs; in kinematic mode of one revolution."""
         if self.preset is None:
-            return Plan(None, 1.0).key_fields(
+            return Plan(None, 1.0).run_fields(
                 self.scene, self.loaded_engine.presets[judged_preset(self.loaded_engine)], False
             )
-        return self.plan.key_fields(self.scene, self.loaded_engine.presets[self.preset])
+        return self.plan.run_fields(self.scene, self.loaded_engine.presets[self.preset])
 
 
 def validation_study(
