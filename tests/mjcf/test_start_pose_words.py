@@ -44,7 +44,7 @@ def test_open_start_of_a_model_in_mm_is_said_in_mm() -> None:
         (" ".join("0" * (MAX_POSE_NUMBERS + 1)), "`conrod lint` prints the nearest closed pose"),
     ],
 )
-def test_nearest_pose_is_given_unless_it_is_long_or_there_is_none(closed: str, nearest: str) -> None:
+def test_nearest_pose_is_given_unless_it_is_long_or_missing(closed: str, nearest: str) -> None:
     start = OpenStart("its own pose", {"pin": 0.01}, 1.0, closed)
     assert open_start_words(start) == f"It begins 10 mm open: pin, in its own pose; {nearest}."
 
