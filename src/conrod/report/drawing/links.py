@@ -11,9 +11,10 @@ from scipy.spatial import ConvexHull
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, Rack, Revolute, Rolling, pin_points, to_world
+from conrod.mechanism.slide import Slide, guide_and_block
 from conrod.mechanism.units import MM
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.view import Slide, View, cam_outline, guide_and_block, pitch_lines, slide_displacements
+from conrod.report.drawing.view import View, cam_outline, pitch_lines, slide_displacements
 
 BAR_WIDTH = 6.0  # of a link [pt]
 COLLINEAR_SHARE = 0.01  # of a line's length, by which places may lie off it: less than a bar's width

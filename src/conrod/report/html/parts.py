@@ -13,9 +13,10 @@ from matplotlib.patches import Circle, Polygon
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Pose, Prismatic, to_world
+from conrod.mechanism.slide import guide_and_block
 from conrod.report.drawing.drawing import EXTENT_POINTS, telling_angle, view_at
 from conrod.report.drawing.links import draw_joints, draw_links
-from conrod.report.drawing.view import View, guide_and_block
+from conrod.report.drawing.view import View
 from conrod.scenes import Scene
 
 DRAWING_UNITS = 1000.0  # SVG units for the extent of the machine
