@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from conrod.errors import InvalidInput as InvalidInput
     from conrod.exact import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
+    from conrod.exact.linkage import instant_quantities as instant_quantities
     from conrod.execution.baseline import BaselineComparison as BaselineComparison
     from conrod.execution.baseline import Drift as Drift
     from conrod.execution.resolve_arguments import scene as scene
@@ -71,6 +72,7 @@ _PUBLIC = {
     "conrod.errors": ("InvalidInput",),
     "conrod.exact": ("GenericReference",),
     "conrod.exact.kinematics": ("Kinematics",),
+    "conrod.exact.linkage": ("instant_quantities",),
     "conrod.execution.baseline": ("BaselineComparison", "Drift"),
     "conrod.execution.resolve_arguments": ("scene",),
     "conrod.execution.runner": ("Runs",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import doctest
 import io
 import json
 import math
@@ -20,7 +21,8 @@ from table_files import written
 
 from conrod.cli import VERBS, cli
 from conrod.cli.options import SHARED
-from conrod.scenes import SCENES, Saw
+from conrod.exact.linkage import instant_quantities
+from conrod.scenes import SCENES, Saw, catalogue_scene
 from conrod.scenes.described_scene import read_scene
 
 # A run of a tenth of a second.
@@ -185,6 +187,27 @@ def test_show_at_an_angle_matches_slider_crank_closed_form(degrees: str, tmp_pat
         exact = motion.point(name)
         assert point["velocity"][0] == pytest.approx(list(exact.velocity[0]), abs=1e-13)
         assert point["acceleration"][0] == pytest.approx(list(exact.acceleration[0]), abs=1e-12)
+
+
+def test_show_writes_centres_and_parts_as_the_api_gives_them(tmp_path: Path) -> None:
+    here = show_document("inverted-slider-crank", "--angle=1 rad", folder=tmp_path)["instant"]
+    scene = catalogue_scene("inverted-slider-crank")
+    found = instant_quantities(scene.kinematics, 1.0, scene.speed)
+    assert here["sliding"] == [{**vars(one), **_lists(one)} for one in found.sliding]
+    assert here["relative"] == [{**vars(one), **_lists(one)} for one in found.relative]
+    places = {tuple(centre["links"]): (centre["place"], centre["direction"]) for centre in here["centres"]}
+    assert places == {c.links: (None if c.place is None else c.place.tolist(), c.direction) for c in found.centres}
+    assert places["block", "link"][0] is None
+
+
+def _lists(one: object) -> dict[str, Any]:
+    return {name: value.tolist() for name, value in vars(one).items() if isinstance(value, np.ndarray)}
+
+
+def test_python_of_the_linkages_page_runs() -> None:
+    examples = doctest.DocTestParser().get_doctest(DOCUMENT.read_text(), {}, "linkages.md", str(DOCUMENT), 0)
+    assert len(examples.examples) >= 5
+    assert doctest.DocTestRunner().run(examples).failed == 0
 
 
 def test_example_of_the_linkages_page_is_what_show_prints() -> None:

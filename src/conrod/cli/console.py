@@ -1,9 +1,9 @@
-"""Output of `conrod show`: a scene, the classic quantities of its linkage as tables, and these as JSON."""
+"""Output of `conrod show`: a scene, the quantities of its linkage over a turn, and all quantities as JSON."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from importlib.metadata import version
 
 from conrod.comparison.plain_values import plain_values
@@ -19,8 +19,6 @@ from conrod.report.terminal import PrintedPart
 from conrod.scenes import SCENES, Scene, catalogue_names, catalogue_tables, dynamics_names
 from conrod.scenes.space import MACHINES
 
-# Below this share of the largest value a digit is rounding, different from machine to machine.
-NEGLIGIBLE_SHARE = 1e-9
 SHOW_SCHEMA = 3  # of the JSON
 ENDS = {"limit": "where it has to turn back", "change point": "a change point", "none": "no end"}
 
@@ -38,7 +36,7 @@ def catalogue() -> Iterator[PrintedPart]:
         tables.append(table(("name", "title", "moving links"), machines, title=title))
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     title = "machines in space (in MuJoCo: validate, export --format mjcf)"
-    yield from _separated_by_lines(*tables, table(("name", "title"), spatial, title=title))
+    yield from separated_by_lines(*tables, table(("name", "title"), spatial, title=title))
     yield from ("", "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them")
 
 
@@ -79,17 +77,11 @@ def turn_parts(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[Printed
         yield f"what follows is of the pass from {degrees(span[0])} to {degrees(span[1])} deg"
     elif turn.crank_range.full and not kinematics.repeats:
         yield "after a turn the links do not stand as before it: strokes and angles are those of the first turn"
-    yield from _separated_by_lines(outputs_table(turn), transmission_table(turn))
+    yield from separated_by_lines(outputs_table(turn), transmission_table(turn))
 
 
-def instant_parts(instant: InstantQuantities) -> Iterator[PrintedPart]:
-    """Yield tables of the motion of links and points at a crank angle."""
-    speed = " ".join(numbers.in_shown_unit(instant.speed, "rad/s"))
-    yield from ("", f"at crank angle {degrees(instant.angle)} deg, crank speed {speed}")
-    yield from _separated_by_lines(links_table(instant), points_table(instant))
-
-
-def _separated_by_lines(*tables: Table) -> Iterator[PrintedPart]:
+def separated_by_lines(*tables: Table) -> Iterator[PrintedPart]:
+    """Tables that have rows, each after an empty line."""
     for shown in filter(None, tables):
         yield from ("", shown)
 
@@ -136,43 +128,9 @@ def transmission_table(turn: TurnQuantities) -> Table:
     return table(head, rows, title=title)
 
 
-def links_table(instant: InstantQuantities) -> Table:
-    """Poses, rates and angular accelerations of the moving links."""
-    turning, changing = [link.rate[2] for link in instant.links], [link.acceleration[2] for link in instant.links]
-    rows = []
-    for link in instant.links:
-        moved = _without_rounding(link.rate[2], turning), _without_rounding(link.acceleration[2], changing)
-        rows.append((link.link, *_millimetres(link.pose[:2]), degrees(link.pose[2]), *moved))
-    right = ("x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]")
-    return table(("link", *right), rows, right, "links")
-
-
-def points_table(instant: InstantQuantities) -> Table:
-    """Places, velocities and accelerations of the observed points."""
-    rows = []
-    for name, point in instant.points.points.items():
-        vectors = [moved[0].tolist() for moved in (point.velocity, point.acceleration)]
-        components = (_without_rounding(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
-        rows.append((name, *_millimetres(point.position[0]), *components))
-    moved = ("velocity x [m/s]", "velocity y [m/s]", "acceleration x [m/s²]", "acceleration y [m/s²]")
-    right = ("x [mm]", "y [mm]", *moved)
-    return table(("point", *right), rows, right, "points")
-
-
 def degrees(angle: float) -> str:
     """An angle [rad] in degrees, to a ten thousandth, without zeros that carry nothing."""
     return f"{math.degrees(angle):z.4f}".rstrip("0").rstrip(".")
-
-
-def _millimetres(lengths: Iterable[float]) -> list[str]:
-    return [f"{MM * length:z.3f}" for length in lengths]
-
-
-def _without_rounding(value: float, beside: list[float]) -> str:
-    """A value as text; 0 where it is below rounding of the other values."""
-    if abs(value) <= NEGLIGIBLE_SHARE * max(abs(other) for other in beside):
-        return "0"
-    return numbers.quantity(value, 6)
 
 
 def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: InstantQuantities | None) -> str:

@@ -20,14 +20,22 @@ if TYPE_CHECKING:
 @options.verb()
 @click.argument("scene", required=False, shell_complete=completion.scenes)
 @options.assignments
-@click.option("--angle", metavar="ANGLE", help="Show motion of links and points here, e.g. 60deg.")
-@click.option("--svg", "drawing", metavar="FILE", help="Draw the scene to an SVG file.")
+@click.option(
+    "--angle", metavar="ANGLE", help="Show motion, instant centres and parts of accelerations here, e.g. 60deg."
+)
+@click.option(
+    "--svg",
+    "drawing",
+    metavar="FILE",
+    help="Draw the scene to an SVG file; with --angle at that angle, with centres and polygons.",
+)
 @options.document
 def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List scenes and machines, one line each; or describe one SCENE."""
-    from conrod.cli.console import catalogue, instant_parts, linkage_text, scene_parts, turn_parts
+    from conrod.cli.console import catalogue, linkage_text, scene_parts, turn_parts
+    from conrod.cli.instant_tables import instant_parts
     from conrod.exact.linkage import turn_quantities
     from conrod.execution.files import files_to_write
     from conrod.execution.resolve_arguments import select_scene

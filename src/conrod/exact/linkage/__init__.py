@@ -9,7 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from conrod.exact.kinematics import Kinematics
+from conrod.exact.linkage.centres import InstantCentre, instant_centres
 from conrod.exact.linkage.crank_range import CrankRange, SampledMotion, bisect, crank_range, sample_motion
+from conrod.exact.linkage.link_motion import LinkMotion as LinkMotion
+from conrod.exact.linkage.relative_motion import RelativeMotion, SlidingMotion, relative_motions, sliding_motions
 from conrod.exact.linkage.transmission import TransmissionAngle, transmission_angles
 from conrod.exact.motion import Array, Motion
 from conrod.mechanism.mechanism import GROUND, LowerPair, Prismatic
@@ -153,23 +156,16 @@ class TurnQuantities:
 
 
 @dataclass(frozen=True)
-class LinkMotion:
-    """Motion of one link at an instant; each array is (3,)."""
-
-    link: str  # its name
-    pose: Array  # place of its frame's origin and turn [m, m, rad]
-    rate: Array  # of the pose [m/s, m/s, rad/s]
-    acceleration: Array  # of the pose [m/s^2, m/s^2, rad/s^2]
-
-
-@dataclass(frozen=True)
 class InstantQuantities:
-    """Motion of all links and observed points at one crank angle."""
+    """Motion of all links and observed points at one crank angle, and what a course derives from it."""
 
     angle: float  # of the crank [rad]
     speed: float  # of the crank [rad/s]
     links: tuple[LinkMotion, ...]  # that move
     points: Motion  # of the observed points; one row
+    centres: tuple[InstantCentre, ...]  # of every pair of links, the ground included
+    relative: tuple[RelativeMotion, ...]  # of every pair of pins and observed points on one moving link
+    sliding: tuple[SlidingMotion, ...]  # of the blocks and rollers that slide along a moving link
 
 
 def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
@@ -179,10 +175,25 @@ def turn_quantities(kinematics: Kinematics) -> TurnQuantities:
 
 
 def instant_quantities(kinematics: Kinematics, angle: float, speed: float) -> InstantQuantities:
-    """Motion of all links at a crank angle [rad] and a constant crank speed [rad/s]."""
+    """Motion of all links, instant centres and parts of accelerations at one crank angle.
+
+    Args:
+        angle: of the crank [rad].
+        speed: of the crank [rad/s], constant.
+
+    Raises:
+        InvalidInput: the linkage does not reach the angle.
+    """
     at = np.array([angle])
     in_time = [d.reshape(-1, 3) * speed**k for k, d in enumerate(kinematics.derivatives(at, 2))]
-    links = [
-        LinkMotion(body.name, *(rows[i] for rows in in_time)) for i, body in enumerate(kinematics.mechanism.bodies)
-    ]
-    return InstantQuantities(angle, speed, tuple(links), kinematics.motion(at, speed))
+    mechanism = kinematics.mechanism
+    links = tuple(LinkMotion(body.name, *(rows[i] for rows in in_time)) for i, body in enumerate(mechanism.bodies))
+    return InstantQuantities(
+        angle,
+        speed,
+        links,
+        kinematics.motion(at, speed),
+        instant_centres(links, kinematics.size),
+        relative_motions(mechanism, links),
+        sliding_motions(mechanism, links),
+    )
