@@ -57,8 +57,10 @@ def show(
         turn = turn_quantities(chosen.kinematics)
         if "--svg" in files:
             from conrod.report.drawing.drawing import mechanism_svg
+            from conrod.report.drawing.instant import instant_svg
 
-            batches.append(single_file(files["--svg"], mechanism_svg(chosen)))
+            drawn = instant_svg(chosen, instant) if instant else mechanism_svg(chosen)
+            batches.append(single_file(files["--svg"], drawn))
         if "--json" in files:
             batches.append(single_file(files["--json"], linkage_text(name, chosen, turn, instant)))
     print_parts(scene_parts(name, chosen))

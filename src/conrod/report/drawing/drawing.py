@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
@@ -61,8 +62,8 @@ def telling_angle(scene: Scene) -> float:
     return math.radians(scene.drawn_at)
 
 
-def view_at(scene: Scene, angle: float) -> View:
-    """Return an empty drawing of a scene at a crank angle [rad]."""
+def view_at(scene: Scene, angle: float, axes: Axes | None = None) -> View:
+    """Return an empty drawing of a scene at a crank angle [rad], in a figure of its own unless axes are given."""
     mechanism = scene.mechanism()
     stacked = scene.kinematics.poses(np.array([angle]))[0].reshape(-1, 3)
     rounded = np.round(stacked * [MM, MM, 1.0], 9)
@@ -75,9 +76,12 @@ def view_at(scene: Scene, angle: float) -> View:
     reached = np.concatenate([*paths.values(), MM * reached_points(mechanism, poses)])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
-    figure, size = Figure(), 0.022 * extent
-    figure.set_layout_engine("none")
-    return View(figure.subplots(), mechanism, poses, turn, size, Labels(extent / EXTENT_POINTS), extent, paths)
+    size = 0.022 * extent
+    if axes is None:
+        figure = Figure()
+        figure.set_layout_engine("none")
+        axes = figure.subplots()
+    return View(axes, mechanism, poses, turn, size, Labels(extent / EXTENT_POINTS), extent, paths)
 
 
 def _fit_page(view: View) -> Figure:
