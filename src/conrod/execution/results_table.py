@@ -27,7 +27,8 @@ def tidy_row(
     Columns, in this order:
         key, scene, kind; study: validate, qualification (of --qualify), forces, motion (of `conrod free`), limits,
         ablate, versions, or sweep, whose runs several studies share; parameter.NAME [SI], or the mechanism as JSON if
-        the machine is from a file; engine, engine_version; the preset that settings are or come from, None if there is none;
+        the machine is from a file; engine, engine_version; the preset that settings are or come from, None if there is
+        none;
         setting.NAME [SI];
         steps_per_revolution, revolutions, start_angle [rad], cache_version; outcome, reason;
         passed: the verdict by conrod's own tolerances, of a result of `conrod validate`, `forces` or `free`;
