@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection inputs own-models verification test test-all lowest lint types mjcf golden golden-write bench mutants attack wheel site check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel site check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -73,6 +73,9 @@ types: $(READY)
 mjcf: $(READY) ## rewrite the committed models from the translator
 	for scene in $$($(BIN)/python -c "from conrod import SCENES; print(*SCENES)"); do \
 	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
+
+pymunk-models: $(READY) ## rewrite the committed Python modules that build all machines in pymunk
+	$(BIN)/python -m benchmarks.pymunk_models
 
 detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
 	$(BIN)/python -m benchmarks.detection --out reports/detection

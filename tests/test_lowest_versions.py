@@ -67,5 +67,5 @@ def test_a_source_distribution_has_no_committed_reports(tmp_path: Path) -> None:
 
     builder = SdistBuilder(str(ROOT))
     found = {file.relative_path.split("/")[0] for file in builder.recurse_included_files()}
-    assert {"src", "tests", "docs", "README.md", "constraints-lowest.txt"} <= found
+    assert {"src", "tests", "docs", "mjcf", "pymunk_models", "README.md", "constraints-lowest.txt"} <= found
     assert "reports" not in found

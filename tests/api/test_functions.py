@@ -227,7 +227,7 @@ def test_lint_and_harden_do_as_their_commands_do(tmp_path: Path) -> None:
 
 
 def test_export_returns_what_the_command_prints(tmp_path: Path) -> None:
-    for kind in ("mjcf", "csv"):
+    for kind in ("mjcf", "pymunk", "csv"):
         assert conrod.export("saw-40rpm", kind) == typed("export", "saw-40rpm", "--format", kind).stdout
     own = conrod.scene("saw-40rpm", crank="90 mm")
     assert conrod.export(own, "csv") != conrod.export("saw-40rpm", "csv")

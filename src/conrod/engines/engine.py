@@ -18,7 +18,7 @@ import numpy as np
 from conrod.comparison.trajectory import Piece, Settings
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.cam_law import LawProfile
-from conrod.mechanism.units import check_count, check_number
+from conrod.mechanism.units import Parameter, check_count, check_number
 
 
 class Machine(Protocol):
@@ -33,6 +33,30 @@ class Machine(Protocol):
     def kinematics(self) -> Kinematics:
         """The mechanism, with exact poses to start from."""
         ...
+
+
+class DescribedMachine(Machine, Protocol):
+    """A machine with title, source and frame to write into a file: a scene.
+
+    Attributes:
+        title, source: title of the machine, and source of its dimensions.
+        frame: origin, axes and the crank angle's sense.
+    """
+
+    title: str
+    source: str
+    frame: str
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Values of all parameters, SI."""
+
+    def parameter_facts(self) -> Mapping[str, Parameter]:
+        """Unit and meaning of each parameter, by name."""
+
+    @property
+    def start_rates(self) -> Mapping[str, float]:
+        """Angular rates [rad/s] of bodies, counter-clockwise, at the start of motion without a drive."""
 
 
 LINKAGE_STEPS_PER_REVOLUTION, CAM_STEPS_PER_REVOLUTION = 1000, 62832

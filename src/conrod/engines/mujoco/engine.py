@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, Engine, Machine, Preset, run_extent, with_fields
+from conrod.engines.engine import STOCK, DescribedMachine, Engine, Machine, Preset, run_extent, with_fields
 from conrod.engines.mujoco import (
     MUJOCO_PRESETS,
     STOCK_TOLERANCE,
@@ -27,7 +27,7 @@ from conrod.engines.mujoco.forces import expected_forces, forces
 from conrod.engines.mujoco.free_run import free_run
 from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build, constraint_jacobian
 from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.standalone import DescribedMachine, standalone_mjcf
+from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.engines.mujoco.variants import ingredients, minimal_settings, rules, with_regularisation, with_time_constant
 from conrod.engines.numerics import place_at_angles, secant_root
 from conrod.engines.releases import Releases, read_releases

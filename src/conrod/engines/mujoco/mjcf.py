@@ -35,6 +35,7 @@ class Presentation:
 
     header: str
     start_rates: tuple[float, ...]  # joint rates at crank angle 0, one for each branch of the tree
+    motor: bool = False  # whether the crank has a motor, whose torque is set
 
 
 def mjcf_text(
@@ -71,6 +72,8 @@ def mjcf_text(
     if sensors:
         _add_sensors(root, tree.mechanism, bodies=dress is None)
     apply_edits(root, tree, settings)
+    if dress and dress.motor:
+        add_element(get_section(root, "actuator"), "motor", name="motor", joint="crank")
     if dress:
         keyframe = add_element(root, "keyframe")
         zero = format_numbers([0.0] * len(tree.branches))

@@ -5,38 +5,17 @@ from __future__ import annotations
 import math
 import re
 import textwrap
-from collections.abc import Mapping
-from typing import Protocol
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from conrod.engines.engine import CUSTOM, Machine, default_steps, run_extent
+from conrod.engines.engine import CUSTOM, DescribedMachine, Machine, default_steps, run_extent
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import callback_loads, does_no_work
 from conrod.engines.mujoco.mjcf import Presentation, mjcf_text
-from conrod.engines.spanning_tree import SpanningTree, grow_spanning_tree, machine_tree
-
-
-class DescribedMachine(Machine, Protocol):
-    """A machine with title, source and frame to write into a file: a scene.
-
-    Attributes:
-        title, source: title of the machine, and source of its dimensions.
-        frame: origin, axes and the crank angle's sense.
-    """
-
-    title: str
-    source: str
-    frame: str
-
-    @property
-    def parameters(self) -> Mapping[str, float]:
-        """Values of all parameters, SI."""
-
-    @property
-    def start_rates(self) -> Mapping[str, float]:
-        """Angular rates [rad/s] of bodies, counter-clockwise, at the start of motion without a drive."""
+from conrod.engines.spanning_tree import SpanningTree, grow_spanning_tree, machine_tree, tree_refusal
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 
 
 def standalone_mjcf(
@@ -58,14 +37,55 @@ def standalone_mjcf(
     return mjcf_text(tree, settings, f"conrod-{name}", dress)
 
 
-def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: SpanningTree) -> str:
-    """Comment at the head of the file: source, parameters, frame, use."""
-    points = " and ".join(point.name for point in tree.mechanism.observed)
-    values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
+def standalone_free_mjcf(
+    name: str, machine: DescribedMachine, start: tuple[Array, Array], settings: MuJoCoSettings, motor: bool = False
+) -> str:
+    """MJCF text of a scene without a drive, to look at and to move; with a motor on the crank if asked for.
+
+    Args:
+        start: exact poses and rates (3 n,) of all bodies, for the keyframe.
+
+    Raises:
+        InvalidInput: MuJoCo cannot have the machine as a tree with closures; says why.
+    """
+    poses, rates = start
+    tree = grow_spanning_tree(machine.kinematics.mechanism, poses)
+    if reason := tree_refusal(tree):
+        raise InvalidInput(f"{name}: {reason}")
+    found = ", ".join(f"{body} {rate:.9g} rad/s" for body, rate in machine.start_rates.items())
+    moves = (
+        "Nothing holds the speed of joint 'crank': there is no drive and no flywheel. Start rates (counter-clockwise), "
+        f"in the keyframe 'start': {found}."
+    )
+    if motor:
+        moves += " Actuator 'motor' turns joint 'crank' with the torque ctrl [N m], counter-clockwise; 0 at first."
     paragraphs = [
+        *_description(name, machine),
+        moves,
+        *_load_paragraphs(tree),
+        f"Settings: conrod's preset '{settings.preset}' for motion without a drive, {settings.timestep:.6g} s a step. "
+        "Written by the export command of conrod, format mjcf.",
+    ]
+    joint_rates = tree.rates(poses[None], rates[None])[0]
+    dress = Presentation(_comment(paragraphs), tuple(float(rate) for rate in joint_rates), motor)
+    return mjcf_text(tree, settings, f"conrod-{name}", dress)
+
+
+def _description(name: str, machine: DescribedMachine) -> list[str]:
+    """Paragraphs on the machine: title, source, parameters, frame."""
+    values = ", ".join(f"{key} = {value:.9g}" for key, value in machine.parameters.items())
+    return [
         f"{machine.title}, scene {name} of conrod. Source: {machine.source}.",
         f"Parameters (SI): {values}.",
         f"Frame (z points to the viewer): {machine.frame}",
+    ]
+
+
+def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree: SpanningTree) -> str:
+    """Comment at the head of the file: source, parameters, frame, use."""
+    points = " and ".join(point.name for point in tree.mechanism.observed)
+    paragraphs = [
+        *_description(name, machine),
         "Joint 'crank' is driven at constant speed by its armature, a flywheel that nothing in the model can slow down."
         f" Observed: {points}, as sites with sensors for position, velocity and acceleration (an accelerometer's: the "
         "reaction to gravity is in it, where there is gravity). Sensor values after mj_step belong to the instant "
@@ -76,6 +96,11 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree
         *_free_motion_paragraphs(machine),
         *_settings_paragraphs(settings),
     ]
+    return _comment(paragraphs)
+
+
+def _comment(paragraphs: list[str]) -> str:
+    """Paragraphs as text of an XML comment."""
     text = "\n\n".join(textwrap.fill(p, 110, initial_indent="  ", subsequent_indent="  ") for p in paragraphs)
     # Two hyphens would end the comment, and what a machine's file says after them would be part of the model.
     return re.sub("-(?=-)", "- ", text)

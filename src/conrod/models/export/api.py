@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import warnings
 
+from conrod.engines import engine_named
+from conrod.engines.engine import default_steps, judged_preset, step_length
+from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.execution.resolve_arguments import STEPS_RANGE, OneScene, check_sample_count, scene_by_name
 from conrod.mechanism.units import check_count
+from conrod.models.export.free_start import free_start
+from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
 
-FORMATS = ("mjcf", "csv", "fmu")
+MODELS = ("mjcf", "pymunk")
+FORMATS = (*MODELS, "csv", "fmu")
 CSV_SAMPLES = 360  # a revolution
 
 
@@ -23,22 +29,30 @@ def export(
     *,
     steps_per_rev: int | None = None,
     revolutions: int | None = None,
+    preset: str | None = None,
+    free: bool = False,
+    motor: bool = False,
 ) -> str | bytes:
-    """Return the MJCF model of a scene, its exact motion as CSV with units, or an FMU 3.0 of it.
+    """Return the model of a scene for MuJoCo or pymunk, its exact motion as CSV with units, or an FMU 3.0 of it.
 
     Args:
         scene: a name, a mechanism file, a scene, or a machine in space by name (MJCF alone).
-        format: "mjcf", "csv" or "fmu".
+        format: "mjcf", "pymunk" (a Python module that needs pymunk alone), "csv" or "fmu".
         steps_per_rev: time steps of the model, or samples of the motion, in one revolution.
         revolutions: length of the motion, in revolutions of the crank.
+        preset: settings of a pymunk model; None for the preset that is judged.
+        free: whether the model has no drive, so that its crank moves as weight and loads demand; else the crank is
+            driven at constant speed.
+        motor: whether the crank of a model without a drive has a motor, whose torque and rate are set.
 
     Raises:
         InvalidInput: an argument cannot be used; says what can.
     """
     if format not in FORMATS:
         raise unknown_choice("format", format, FORMATS)
+    check_model_options(format, preset, free, motor)
     if format == "mjcf" and isinstance(scene, str) and scene in MACHINES:
-        if steps_per_rev is not None or revolutions is not None:
+        if steps_per_rev is not None or revolutions is not None or free:
             raise InvalidInput(f"{scene} is a machine in space: its model is written as it is, without options")
         return MACHINES[scene]().mjcf
     name, chosen = scene_by_name(scene)
@@ -49,18 +63,64 @@ def export(
     if revolutions is not None or (format == "fmu" and steps_per_rev is not None):
         option = "--steps-per-rev" if revolutions is None else "--revolutions"
         raise InvalidInput(f"{option} does not go with --format {format}: whoever runs a model chooses it")
-    if format == "mjcf":
+    if steps_per_rev is not None:
+        check_count("--steps-per-rev", steps_per_rev, *STEPS_RANGE)
+    if format == "mjcf" and not free:
         from conrod.engines.mujoco.standalone import standalone_mjcf
 
-        if steps_per_rev is not None:
-            check_count("--steps-per-rev", steps_per_rev, *STEPS_RANGE)
         return standalone_mjcf(name, chosen, steps_per_rev)
+    if format == "mjcf":
+        return _free_mjcf(name, chosen, steps_per_rev, motor)
+    if format == "pymunk":
+        return _pymunk_module(name, chosen, steps_per_rev, preset, free, motor)
     from conrod.models.export.fmu import fmu
 
     content, why_no_binary = fmu(name, chosen)
     if why_no_binary is not None:
         warnings.warn(f"{name}: the FMU holds sources alone: {why_no_binary}", NoBinary, stacklevel=2)
     return content
+
+
+def check_model_options(format: str, preset: str | None, free: bool, motor: bool) -> None:
+    """Refuse options of models with a format that does not have them.
+
+    Raises:
+        InvalidInput: names the option.
+    """
+    if preset is not None and format != "pymunk":
+        raise InvalidInput(f"--preset does not go with --format {format}")
+    if (free or motor) and format not in MODELS:
+        raise InvalidInput(f"{'--free' if free else '--motor'} does not go with --format {format}")
+    if motor and not free:
+        raise InvalidInput("--motor goes with --free: without it the crank has its drive")
+
+
+def _pymunk_module(
+    name: str, scene: Scene, steps_per_rev: int | None, preset: str | None, free: bool, motor: bool
+) -> str:
+    """Python module that builds a scene in pymunk, with the settings of a preset."""
+    from conrod.engines.pymunk import PymunkSettings
+    from conrod.engines.pymunk.standalone import standalone_free_module, standalone_module
+
+    engine, steps = engine_named("pymunk"), steps_per_rev or default_steps(scene)
+    chosen = judged_preset(engine) if preset is None else preset
+    if chosen not in engine.presets:
+        raise unknown_choice("preset of pymunk", chosen, engine.presets)
+    if not free:
+        return standalone_module(name, scene, engine.presets[chosen](scene, steps))
+    settings = PymunkSettings.for_free_motion(scene.kinematics.mechanism, chosen, step_length(scene, steps))
+    return standalone_free_module(name, scene, free_start(name, scene, motor), settings, motor)
+
+
+def _free_mjcf(name: str, scene: Scene, steps_per_rev: int | None, motor: bool) -> str:
+    """MJCF model of a scene without a drive, with the settings that MJCF can say best."""
+    from conrod.engines.mujoco.free_run import free_settings
+    from conrod.engines.mujoco.standalone import standalone_free_mjcf
+
+    step = step_length(scene, steps_per_rev or default_steps(scene))
+    pace = Pace(scene.period, crosses_branches=False)  # of which `tuned` takes nothing
+    settings = free_settings(scene.kinematics.mechanism, "tuned", step, pace)
+    return standalone_free_mjcf(name, scene, free_start(name, scene, motor), settings, motor)
 
 
 def samples_of(name: str, steps_per_rev: int | None, revolutions: int | None, usual: int) -> tuple[int, int]:

@@ -7,7 +7,7 @@ import click
 from conrod.cli import completion, options, say
 from conrod.errors import InvalidInput, unknown_choice
 
-FORMATS = ("mjcf", "csv", "pack", "fmu")
+FORMATS = ("mjcf", "pymunk", "csv", "pack", "fmu")
 PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 
 
@@ -16,11 +16,19 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 @click.option(
     "--format",
     "kind",
-    metavar="mjcf|csv|pack|fmu",
-    help="Model, exact trajectory, a pack for others to solve, or an FMU 3.0.",
+    metavar="FORMAT",
+    help="mjcf or pymunk: a model; csv: the exact trajectory; pack: a task for others; fmu: an FMU 3.0.",
 )
 @click.option("-o", "--output", metavar="FILE", help="File to write [standard output]; of a pack a folder or a .zip.")
 @options.assignments
+@click.option(
+    "--preset",
+    metavar="PRESET",
+    help="Settings of a pymunk model [those that are judged].",
+    shell_complete=completion.presets,
+)
+@click.option("--free", is_flag=True, help="A model without a drive: its crank moves freely, with its own mass.")
+@click.option("--motor", is_flag=True, help="With --free: a motor on the crank, which is yours to set.")
 @click.option("--steps-per-rev", type=int, metavar="N", help="Steps of the model, or samples, a revolution.")
 @click.option("--revolutions", type=int, metavar="K", help="Turns of the trajectory [1; of a pack 2].")
 def export(
@@ -28,14 +36,21 @@ def export(
     kind: str | None,
     output: str | None,
     assignments: tuple[str, ...],
+    preset: str | None,
+    free: bool,
+    motor: bool,
     steps_per_rev: int | None,
     revolutions: int | None,
 ) -> None:
-    """Write the MJCF model of SCENE, or its exact motion: as a table with units, a pack for others to solve, an FMU."""
+    """Write SCENE as a model, or its exact motion.
+
+    The model is a MuJoCo file (MJCF), or a Python module that builds it in pymunk and steps it. The exact motion is a
+    table with units, a pack for others to solve, or an FMU.
+    """
     from conrod.execution.files import file_to_write
     from conrod.execution.resolve_arguments import mechanism_file_bytes, select_scene
     from conrod.execution.writing import name_file_in_errors, single_file, write_together
-    from conrod.models.export.api import export, samples_of
+    from conrod.models.export.api import check_model_options, export, samples_of
     from conrod.scenes import Scene
     from conrod.scenes.space import MACHINES
 
@@ -44,6 +59,7 @@ def export(
     if kind not in FORMATS:
         raise unknown_choice("format", kind, FORMATS)
     if kind == "pack":
+        check_model_options(kind, preset, free, motor)
         from conrod.models.export.pack import pack_batch, pack_files, pack_to_write
 
         name, chosen = select_scene(scene, assignments)
@@ -59,7 +75,9 @@ def export(
         of = select_scene(scene, assignments)
     elif assignments:
         raise InvalidInput(f"{scene} is a machine in space: its model is written as it is, without options")
-    content = export(of, kind, steps_per_rev=steps_per_rev, revolutions=revolutions)
+    content = export(
+        of, kind, steps_per_rev=steps_per_rev, revolutions=revolutions, preset=preset, free=free, motor=motor
+    )
     if file is not None:
         write_together([single_file(file, content)])
         return

@@ -1,0 +1,71 @@
+"""Loads of a machine as functions of a standalone Python module: the forces of `LoadForces`, without conrod."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import assert_never
+
+from conrod.mechanism.loads import (
+    Coordinate,
+    Displacement,
+    Distance,
+    Elastic,
+    Friction,
+    Load,
+    LoadLaw,
+    Point,
+    SpeedLine,
+    Steady,
+    StrokePulse,
+    TimePulse,
+    Turn,
+    Viscous,
+)
+
+PlaceText = Callable[[str, Point], str]  # a body's point as Python, in pymunk's frame of the body
+
+
+def load_calls(loads: tuple[Load, ...], place: PlaceText) -> list[tuple[str, str, str]]:
+    """Name of each load, its coordinate as a call of a module's function, and its force as an expression.
+
+    The expression has the coordinate's `value` and `rate`, and the `instant` [s].
+    """
+    return [(load.name, _coordinate_call(load.along, place), _force_expression(load.law)) for load in loads]
+
+
+def _coordinate_call(along: Coordinate, place: PlaceText) -> str:
+    """Call that returns value, rate and gradient of a coordinate."""
+    match along:
+        case Distance():
+            ends = ((along.a, along.point_a), (along.b, along.point_b))
+            return f"_distance(state, {', '.join(f'({body!r}, {place(body, point)})' for body, point in ends)})"
+        case Turn():
+            return f"_turn(state, {along.a!r}, {along.b!r})"
+        case Displacement():
+            point = f"({along.body!r}, {place(along.body, along.point)})"
+            return f"_displacement(state, {point}, {along.direction!r})"
+        case _:
+            assert_never(along)
+
+
+def _force_expression(law: LoadLaw) -> str:
+    """Force [N], or torque [N m], along the coordinate; the equations are those of `conrod.mechanism.loads`."""
+    match law:
+        case Elastic():
+            found = f"{-law.stiffness!r} * (value - {law.rest!r})"
+        case Viscous():
+            found = f"{-law.damping!r} * rate"
+        case Steady():
+            found = repr(law.size)
+        case Friction():
+            found = f"{-law.size!r} * math.tanh(rate / {law.creep!r})"
+        case SpeedLine():
+            found = f"{law.size!r} * (1.0 - rate / {law.idle!r})"
+        case StrokePulse():
+            pulse = f"_pulse(value, {law.start!r}, {law.stop!r})"
+            found = f"{-law.sense * law.peak!r} * {pulse} if rate * {law.sense} > 0.0 else 0.0"
+        case TimePulse():
+            found = f"{law.peak!r} * _pulse(instant, {law.start!r}, {law.stop!r})"
+        case _:
+            assert_never(law)
+    return found
