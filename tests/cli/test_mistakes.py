@@ -54,6 +54,8 @@ MISTAKES = {
     "export saw-40rpm --format mjcf --revolutions 1": ("--revolutions does not go with --format mjcf",),
     "validate double-rocker --steps-per-rev 5 --engine pymunk --preset tuned": ("are 0 of the pass: at least 3",),
     "export saw-40rpm --format mjcf --preset tuned": ("--preset does not go with --format mjcf",),
+    "recommend saw-40rpm --position 1e-3 --engine pymunk --model saw.xml": ("files of models end otherwise", ".py"),
+    "recommend saw-40rpm --position 1e-3 --engine mujoco --model saw.py": ("files of models end otherwise", ".xml"),
     "export saw-40rpm --format csv --free": ("--free does not go with --format csv",),
     "export saw-40rpm --format pack --motor": ("--motor does not go with --format pack",),
     "export saw-40rpm --format pymunk --motor": ("--motor goes with --free",),

@@ -83,6 +83,17 @@ def test_model_with_pasted_lines_keeps_error_in_plain_mujoco(tmp_path: Path) -> 
     assert error_in_plain_mujoco(model) <= 1e-6
 
 
+def test_model_file_of_pymunk_has_the_recommended_settings(tmp_path: Path) -> None:
+    files = ("--model", "saw.py", "--json", "saw.json")
+    done = conrod("recommend", "saw-500rpm", "--engine", "pymunk", "--position", "1e-3", *files, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads((tmp_path / "saw.json").read_text())["parts"]["saw-500rpm"]["findings"]
+    text = (tmp_path / "saw.py").read_text()
+    iterations, step = re.search(r"iterations = (.*)[^$]*step\((.*)\)", found["answers"]["pymunk"]["paste"]).groups()
+    assert f"ITERATIONS = {iterations} " in text
+    assert f"TIMESTEP = {step} " in text
+
+
 def error_in_plain_mujoco(model: Any) -> float:
     """Largest position error over two turns from the keyframe, over the travel, by nothing but MuJoCo's own API."""
     saw, data, angles, places = SCENES["saw-500rpm"], mujoco.MjData(model), [], []

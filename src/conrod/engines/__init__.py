@@ -38,6 +38,7 @@ class EngineStyle:
         marker: of single runs, in matplotlib's notation.
         module: name under which the engine's library is imported; empty if it is the engine's name.
         distribution: name under which the library is installed; empty if it is the engine's name.
+        model_ending: ending of the files of its models, where it has such files.
         missing_term: term that the engine leaves out of its accelerations, which its error law allows for; or empty.
     """
 
@@ -46,6 +47,7 @@ class EngineStyle:
     marker: str = "s"
     module: str = ""
     distribution: str = ""
+    model_ending: str = ".xml"
     missing_term: str = ""
 
 
@@ -53,7 +55,7 @@ class EngineStyle:
 # importing `NAME_PRESETS` does not. Colours are Okabe and Ito's, which colour-blind readers can tell apart.
 ENGINES: Mapping[str, EngineStyle] = {
     "mujoco": EngineStyle("MuJoCo", "#0072B2", "o"),
-    "pymunk": EngineStyle("pymunk", "#D55E00", "D"),
+    "pymunk": EngineStyle("pymunk", "#D55E00", "D", model_ending=".py"),
 }
 # Engines that ship as optional extras, laid out alike. They run only when they are named.
 OPTIONAL_ENGINES: Mapping[str, EngineStyle] = {

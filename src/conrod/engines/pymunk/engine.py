@@ -9,7 +9,7 @@ import numpy as np
 import pymunk
 
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, Engine, Machine, run_extent
+from conrod.engines.engine import STOCK, DescribedMachine, Engine, Machine, run_extent
 from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
 from conrod.engines.pymunk import PYMUNK_PRESETS, PymunkSettings, dynamics, error_bound, forces, space, variants
 from conrod.engines.pymunk.dynamics import build_at_angle as start_of
@@ -210,6 +210,11 @@ class Pymunk(Engine[PymunkSettings]):
     @property
     def releases(self) -> Releases:
         return read_releases("conrod.engines.pymunk")
+
+    def model(self, name: str, machine: DescribedMachine, settings: PymunkSettings) -> str:
+        from conrod.engines.pymunk.standalone import standalone_module  # templates are slow to load
+
+        return standalone_module(name, machine, settings)
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, PymunkSettings]:
         return {name: preset(machine, steps_per_revolution) for name, preset in self.presets.items()}

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import click
 
 from conrod.cli import FAILED, completion, options, say
 from conrod.cli.options import StudyOptions, option
 from conrod.errors import InvalidInput
+
+if TYPE_CHECKING:
+    from conrod.engines.capabilities import ModelFile
+
+PYTHON_FILE = ".py"
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class RecommendOptions(StudyOptions):
         "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
     )
     model: str | None = option(
-        "--model", metavar="FILE", help="Write the model with the settings, of an engine that has files (MJCF)."
+        "--model", metavar="FILE", help="Write the model with the settings: MJCF, or FILE.py of pymunk."
     )
 
 
@@ -89,6 +95,8 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     writers = {name: made for name, made in able.items() if not isinstance(made, MissingCapability)}
     if asked.model and not writers:
         raise InvalidInput(f"--model: {', '.join(able)} has no file of a model")
+    if asked.model:
+        writers = writers_of_ending(asked.model, writers)
     tolerance = {quantity: getattr(asked, quantity) for quantity in ("position", "velocity", "acceleration")}
     with asked.runs() as runs:
         answers = cheapest_settings((name, chosen), tolerance, engines=engines, runs=runs)
@@ -106,3 +114,21 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
         say(f"model: {path}")
     if not found.passed:
         sys.exit(FAILED)
+
+
+def writers_of_ending(file: str, writers: dict[str, ModelFile]) -> dict[str, ModelFile]:
+    """Engines, by name, whose models are files with the ending of a file: `.py` is pymunk's, and no other ending is.
+
+    Raises:
+        InvalidInput: none of them has such files.
+    """
+    from conrod.engines import engine_style
+
+    is_python = file.lower().endswith(PYTHON_FILE)
+    found = {
+        name: one for name, one in writers.items() if (engine_style(name).model_ending == PYTHON_FILE) == is_python
+    }
+    if not found:
+        endings = " and ".join(f"{name}'s in {engine_style(name).model_ending}" for name in writers)
+        raise InvalidInput(f"--model {file}: files of models end otherwise, {endings}")
+    return found
