@@ -21,12 +21,7 @@ PACK_REVOLUTIONS = 2  # the figure that counts is taken over two turns
 )
 @click.option("-o", "--output", metavar="FILE", help="File to write [standard output]; of a pack a folder or a .zip.")
 @options.assignments
-@click.option(
-    "--preset",
-    metavar="PRESET",
-    help="Settings of a pymunk model [those that are judged].",
-    shell_complete=completion.presets,
-)
+@click.option("--preset", **options.SHARED["--preset"])
 @click.option("--free", is_flag=True, help="A model without a drive: its crank moves freely, with its own mass.")
 @click.option("--motor", is_flag=True, help="With --free: a motor on the crank, which is yours to set.")
 @click.option("--steps-per-rev", type=int, metavar="N", help="Steps of the model, or samples, a revolution.")
