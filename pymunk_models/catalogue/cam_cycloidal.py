@@ -2169,7 +2169,7 @@ def configure(space, speed=SPEED):
     """Give a space the gravity and the solver settings that conrod judges this machine with."""
     space.gravity, space.iterations = GRAVITY, ITERATIONS
     space.collision_bias = COLLISION_BIAS
-    # Half of the way that the follower falls freely in a step.
+    # Half of the way that the released follower falls in a step.
     space.collision_slop = COLLISION_SLOP * (SPEED / speed) ** 2
 
 
