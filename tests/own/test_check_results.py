@@ -167,6 +167,14 @@ def test_limits_follow_from_tolerances_the_drive_and_the_clock() -> None:
     assert replace(bare, tolerance=None).limits == {}
 
 
+def test_phase_limit_allows_rounding_of_all_steps_of_all_turns() -> None:
+    run = judged_run("as it is", steps_per_revolution=1e6)
+    limits = replace(STUDY, revolutions=10.0, runs={"as it is": run}).limits
+    # Ten million steps of eps times the angle of ten turns, beside the drive's share of 1e-7.
+    turned = 2.0 * math.pi * 10.0
+    assert limits["phase"] == pytest.approx(2.0**-52 * 1e7 * turned + 1e-7 * turned, rel=1e-9)
+
+
 def test_exceeded_limits_are_the_largest_of_the_judged_runs() -> None:
     study = started(tolerance={"position": 1e-4, "velocity": 3e-4})
     far = judged_run("its own run", errors={"C": {"position": Size(9e-4, 0.0, 0.0), "velocity": Size(1e-4, 0.0, 0.0)}},

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import mujoco
 import pytest
 from command_line import conrod
+from four_bars import four_bar
 from own_model_edits import mirrored, placed, replaced, scaled
 
 from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
+from conrod.mechanism.mechanism import GROUND
 from conrod.mjcf.reading import tree_of
 from conrod.mjcf.request import ModelRequest, PointPlace
-from conrod.models.check.links import LinkDifference, graph_of, link_differences
+from conrod.models.check.links import LinkDifference, LinkGraph, graph_of, link_differences
 from conrod.models.check.model_links import links_of
-from conrod.models.check.scene_causes import axial_gaps, scene_causes, tilted_axes
+from conrod.models.check.scene_causes import axial_gaps, refusal_causes, scene_causes, tilted_axes
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 MEANT = str(CASES / "anchor-apart-meant.toml")
@@ -102,6 +105,64 @@ def test_models_of_other_links_are_not_compared() -> None:
     assert graph_of(scene("cam-follower").mechanism()) is None
 
 
+@pytest.mark.parametrize(("aside", "differences"), [(1e-4, []), (1e-2, None)])
+def test_connects_of_model_in_mm_are_one_pin_when_in_line(aside: float, differences: list[str] | None) -> None:
+    # A second connect, 20 mm along the pin's axis: rounding of six digits is 3e-4 mm there.
+    text = scaled(exported("saw-40rpm"), 1e3)
+    for site, x in (("slider-pin.rod", 300.0 + aside), ("slider-pin.slider", 0.0)):
+        text = replaced(
+            text, f'<site name="{site}"', f'<site name="second.{site}" pos="{x!r} 0 20"/><site name="{site}"'
+        )
+    second = '<connect name="second" site1="second.slider-pin.rod" site2="second.slider-pin.slider"/></equality>'
+    assert found("saw-40rpm", replaced(text, "</equality>", second)) == differences
+
+
+def flat_links(text: str) -> LinkGraph:
+    tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
+    graph = links_of(tree, "crank", {"B": tree.points["B"]})
+    assert graph is not None
+    return graph
+
+
+def welded_tip(place: str) -> str:
+    """The four-bar whose coupler ends in a body of its own, welded to it, 0.1 m before its far pin."""
+    site = '<site name="B" pos="0.25 0 0"/>'
+    tip = f"""<body name="tip" pos="0.15 0 0" euler="0 0 0.5"><joint name="seam" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/><site name="B" pos="{place}"/></body>"""
+    weld = '<weld name="seam" body1="coupler" body2="tip" anchor="0.03 0.02 0"/></equality>'
+    return replaced(replaced(four_bar(frame=""), site, tip), "</equality>", weld)
+
+
+def test_welded_links_are_one_when_anchor_is_on_the_second() -> None:
+    plain = flat_links(four_bar(frame=""))
+    # The tip is turned by half a radian on the coupler.
+    end = f"{0.1 * math.cos(0.5)!r} {-0.1 * math.sin(0.5)!r} 0"
+    made = flat_links(welded_tip(end))
+    assert set(made.links) == set(plain.links) == {GROUND, "crank", "coupler", "rocker"}
+    assert link_differences(made, plain) == ()
+    longer = f"{0.11 * math.cos(0.5)!r} {-0.11 * math.sin(0.5)!r} 0"
+    seen = link_differences(flat_links(welded_tip(longer)), plain)
+    assert seen
+    assert seen[0].words == "coupler is 4 % longer from pin coupler to pin pin: 260 mm instead of 250 mm"
+
+
+@pytest.mark.parametrize("bodies", ['body1="block"', 'body1="world" body2="block"'])
+def test_link_welded_to_world_is_ground_at_either_end(bodies: str) -> None:
+    plain = flat_links(four_bar(frame=""))
+    start, end = four_bar(frame="").split('<body name="rocker" pos="0.35 0 0"')
+    joints = "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in (("x", "1 0 0"), ("y", "0 1 0")))
+    block = f"""<body name="block" pos="0.25 0.05 0" euler="0 0 0.5">{joints}<joint name="spin" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>"""
+    # The rocker's pivot stays where it is in the world.
+    cos, sin = math.cos(0.5), math.sin(0.5)
+    place = f"{0.1 * cos - 0.05 * sin!r} {-0.1 * sin - 0.05 * cos!r} 0"
+    text = f'{start}{block}<body name="rocker" pos="{place}"{end}'
+    text = replaced(text, "</body>\n    </body></worldbody>", "</body></body>\n    </body></worldbody>")
+    made = flat_links(replaced(text, "</equality>", f'<weld name="foot" {bodies}/></equality>'))
+    assert set(made.links) == set(plain.links)
+    assert link_differences(made, plain) == ()
+
+
 def test_what_should_be_at_one_place_is_said_so() -> None:
     one = LinkDifference("crank", ("pin A", "pin B"), 0.0035, 0.0)
     assert one.words == "crank has pin A 3.5 mm from pin B, where they should be at one place"
@@ -154,6 +215,31 @@ def test_an_axis_that_is_tilted_out_of_the_plane_is_named(
     done = conrod("check", str(path), "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
     assert done.returncode != 0
     assert words in done.stdout + done.stderr
+
+
+def test_axes_are_compared_in_the_pose_of_the_keyframe() -> None:
+    # Tilted about the slide, the pin is across it, as the crank is; a radian further it is not.
+    saw = replaced(exported("saw-40rpm"), '<key name="start" qpos="0 0 0"', '<key name="turned" qpos="0 1 0"')
+    axis = " ".join(map(repr, (TILT * SINE, TILT * COSINE, 1.0)))
+    old = 'name="crank-pin" type="hinge" axis="0 0 1"'
+    model = mujoco.MjModel.from_xml_string(replaced(saw, old, old.replace("0 0 1", axis)))
+    asked = ModelRequest("crank", (PointPlace("C", "site", "C"), PointPlace("M", "site", "M")), 1, 0)
+    apart, off = "the axes of crank and crank-pin are 0.05 deg apart", "the axis of crank-pin is 0.05 deg off that of"
+    for keyframe, words in (("qpos0", apart), ("turned", off), (None, off)):
+        causes = list(scene_causes(model, ("saw-40rpm", scene("saw-40rpm")), replace(asked, keyframe=keyframe)))
+        assert [one.startswith(words) for one in causes] == [True], keyframe
+
+
+def test_refusal_has_no_causes_when_its_keyframe_is_unknown() -> None:
+    saw = exported("saw-40rpm")
+    pinned = replaced(saw, '<joint name="slide" type="slide" axis="1 0 0"', '<joint name="slide" axis="0 0 1"')
+    model, asked = mujoco.MjModel.from_xml_string(pinned), ModelRequest("crank", (PointPlace("C", "site", "C"),), 1, 0)
+    known, unknown = (
+        list(refusal_causes(model, ("saw-40rpm", scene("saw-40rpm")), replace(asked, keyframe=keyframe)))
+        for keyframe in ("start", "begin")
+    )
+    assert known == ["it has other joints than saw-40rpm: 3 hinges, 1 connect in place of 3 pins, 1 slide"]
+    assert unknown == []  # the study says that there is none
 
 
 # -- a slide that is tilted in its plane, and an offset ----------------------------------------------------------------

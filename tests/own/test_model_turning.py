@@ -213,6 +213,11 @@ def test_cam_scan_names_contact_and_travel_of_follower(tmp_path: Path) -> None:
     assert found.facts.stops == ("slide is held to -0.03 to 9 units of length, needs -0.045 to -0.005",)
 
 
+def test_cam_scan_numbers_geoms_that_have_no_name(tmp_path: Path) -> None:
+    text = cam().replace(' name="cam" size', " size").replace(' name="ball"', "").replace(' name="hub"', "")
+    assert scan(turning_of(tmp_path, text, LIFT), LIFT).facts.touching == ("geom 1", "geom 3")
+
+
 # -- scanning ----------------------------------------------------------------------------------------------------------
 
 
@@ -293,6 +298,24 @@ def test_limits_are_named_with_needed_range_when_they_stop_turn(tmp_path: Path) 
         f"tendon t is held to {2 * low + 0.1:.6g} to 9, needs {2 * low:.6g} to {2 * high:.6g}",
     )
     assert stops(more=tendon.format("-9 9")) == ()
+
+
+def test_limits_before_a_pass_do_not_stop_it(tmp_path: Path) -> None:
+    asked = replace(ASKED, span=(0.0, 0.36))
+    rocker = [start_angles(GRASHOF, 1.8 + 0.36 * k / TURN_SAMPLES)[2] for k in range(TURN_SAMPLES + 1)]
+    joint = '<joint name="rocker" axis="0 0 1"'
+
+    def stops(low: float, high: float) -> tuple[str, ...]:
+        text = flat(crank=1.8).replace(joint, f'{joint} range="{low!r} {high!r}"')
+        turning = turning_of(tmp_path, text, asked)
+        assert turning.reach == (pytest.approx(0.36), pytest.approx(0.36))  # it can go as far back
+        return scan(turning, asked).facts.stops
+
+    least, most = min(rocker) - 1e-6, max(rocker) + 1e-6
+    before = start_angles(GRASHOF, 1.8 - 0.36)[2]
+    assert not least <= before <= most
+    assert stops(least, most) == ()
+    assert len(stops(least, most - 0.01)) == len(stops(least + 0.01, most)) == 1
 
 
 @pytest.mark.parametrize("corners", [12, 40])
