@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from synthetic import longer_rod, synthetic_trajectory
 from table_files import ROWS, Columns, exact_table, judged
 
+from conrod.models.tables.causes import _reproducing_causes
 from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, ShearPress, scene_named
 
@@ -167,3 +170,37 @@ def test_causes_that_explain_as_much_stand_by_what_they_leave(tmp_path: Path) ->
             assert after <= 0.05 * min(before, 1.0)
     lefts = [max(after / before for before, after in cause.explains.values()) for cause in study.causes]
     assert lefts == sorted(lefts)
+
+
+@pytest.mark.parametrize(("noise", "named"), [(0.04, ["length unit"]), (0.06, [])])
+def test_large_error_is_explained_up_to_a_twentieth_of_length(noise: float, named: list[str], tmp_path: Path) -> None:
+    # A thousand times too long, a table is off by a thousand L; what remains is compared with L.
+    table, random = exact_table(SAW), np.random.default_rng(4)
+    for name in (name for name in table if name != "time"):
+        table[name] = table[name] + noise / math.sqrt(2.0) * SAW.lengths[name[0]] * random.choice(
+            [-1.0, 1.0], 2 * ROWS + 1
+        )
+    study = judged(scaled(table, 1e3, "."), SAW, tmp_path)
+    assert (study.largest("total") or 0.0) > 100.0
+    assert kinds(study) == named
+
+
+def test_cause_of_more_errors_is_named_first(tmp_path: Path) -> None:
+    table = moved(steps(SAW, 0.5, ("velocity",)), ".x", 0.25)
+    study = judged(table, SAW, tmp_path)
+    assert [(cause.kind, tuple(cause.explains)) for cause in study.causes] == [
+        ("frame", POSITION), ("velocity stamp", ("velocity",)),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(("factor", "text"), [(0.1, "simple"), (0.099, "involved")])
+def test_simpler_cause_stays_unless_another_leaves_far_less(factor: float, text: str) -> None:
+    def undone(remaining: float) -> Any:
+        return SimpleNamespace(largest=lambda name: remaining, points=lambda name: ())
+
+    tried = [
+        ("frame", "simple", undone(0.03125), ("total",)),
+        ("frame", "involved", undone(factor * 0.03125), ("total",)),
+    ]
+    (found,) = _reproducing_causes(tried, undone(1.0), {"total": 1.0}, {})
+    assert found.text == text

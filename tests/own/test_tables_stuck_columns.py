@@ -8,7 +8,7 @@ from circling_points import CirclingPoints
 
 from conrod.exact.motion import Array
 from conrod.models.tables.errors import TableComparison
-from conrod.models.tables.stuck import drop_stuck, replace_stuck, stuck_rows, stuck_words
+from conrod.models.tables.stuck import _stuck_mask, drop_stuck, replace_stuck, stuck_rows, stuck_words
 
 SCENE = CirclingPoints(speed=2.0)  # radii of 0.5 m and 2 m
 TIMES = np.arange(100) * 0.05  # 1.6 revolutions
@@ -84,6 +84,15 @@ def test_stretch_of_coarse_column_is_stuck_from_three_digits() -> None:
         changed[12:last] = 0.3
         # The exact values are 0.181 in row 12, -0.114 in row 18 and -0.162 in row 19.
         assert stuck_in("P.x", changed) == (list(range(12, last)) if stuck else [])
+
+
+@pytest.mark.parametrize(("travel", "stuck"), [(0.75, False), (0.76, True)])
+def test_stretch_is_stuck_beyond_three_digits_and_not_at_them(travel: float, stuck: bool) -> None:
+    # A column in quarters that stands still in five rows, while the exact value travels by three quarters or more.
+    exact = np.concatenate([np.arange(0.0, 8.0, 0.25), 8.0 + travel * np.linspace(0.0, 1.0, 5), np.arange(9.0, 16.0)])
+    values = np.round(4.0 * exact) / 4.0
+    values[32:37] = 8.0
+    assert _stuck_mask(values, exact)[32:37].tolist() == [stuck] * 5
 
 
 def test_what_stands_still_in_the_exact_motion_is_not_stuck() -> None:
