@@ -274,6 +274,15 @@ def test_a_rate_that_turns_back_at_every_step_chatters() -> None:
     assert swinging(tiny) is None
 
 
+def test_chattering_joint_without_a_name_has_its_number() -> None:
+    model = mujoco.MjModel.from_xml_string(four_bar().replace('<joint name="coupler"', "<joint"))
+    time = np.arange(100) / 100.0
+    rates = np.array([time, 2.0 * time + 0.1 * (-1.0) ** np.arange(100), 0.5 * time]).T
+    found = driven_runs._chatter(tree_at_rest(model), model, rates)
+    assert found is not None
+    assert found[0] == "joint 1"
+
+
 def test_own_run_has_the_requested_length_and_names_its_drive() -> None:
     model = mujoco.MjModel.from_xml_string(four_bar(option='gravity="0 0 0"'))
     data = mujoco.MjData(model)

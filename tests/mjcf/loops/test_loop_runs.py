@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from four_bars import four_bar
+from four_bars import GRASHOF, driven, four_bar, rocker_pin
 
 from conrod.comparison.convergence import claimed_order
 from conrod.comparison.trajectory import Outcome
@@ -93,6 +94,41 @@ def test_comparison_names_other_branch_and_no_healthy_model(branch: float) -> No
     assert found.other_branch == (branch < 0.0)
     assert (found.off < 1e-12) == (branch > 0.0)
     assert found.differences == ()
+
+
+def test_other_branch_is_named_with_the_point_furthest_off() -> None:
+    machine, own = (driven(four_bar(frame="", branch=branch), {"crank": "60rpm"}) for branch in (1.0, -1.0))
+    motion, exact = own.motion(TIMES, order=2), machine.motion(TIMES, order=2)
+    found = compare_with_machine("bar", own.tree, machine.tree, machine.laws, (), motion)
+    apart = {
+        name: np.linalg.norm(motion.points[name].position - exact.points[name].position, axis=1).max()
+        for name in motion.points
+    }
+    assert found.other_branch
+    assert found.point == max(apart, key=lambda name: apart[name]) != "A"
+    assert found.off == pytest.approx(apart[found.point])
+
+
+def test_other_branch_is_tracked_to_the_last_of_few_instants() -> None:
+    # The last instant is more than half a turn after the one before it: from there the pose is not found.
+    machine, own = (driven(four_bar(frame="", branch=branch), {"crank": "60rpm"}) for branch in (1.0, -1.0))
+    motion = own.motion(np.array([0.0, 0.01, 0.6]), order=2)
+    assert compare_with_machine("bar", own.tree, machine.tree, machine.laws, (), motion).other_branch
+
+
+def test_other_branch_is_told_by_where_both_motions_begin() -> None:
+    # The branches are mirror images about the ground. A point M of the coupler that is on the ground with the crank at
+    # -1 rad on one branch is there with the crank at 1 rad on the other: where that begins, this one ends.
+    height = {name: pin[1] for name, pin in (("A", 0.1 * np.sin([0.0, -1.0])), ("B", rocker_pin(GRASHOF, -1.0)))}
+    along = GRASHOF[1] * height["A"] / (height["A"] - height["B"])
+    text = f'<site name="M" pos="{float(along)!r} 0 0"/><site name="B"'
+    law, way = {"crank": f"move:{math.degrees(1.0)!r}deg,{math.degrees(-1.0)!r}deg,1s"}, np.array([0.0, 1.0])
+    machine, own = (driven(four_bar(frame="", branch=b).replace('<site name="B"', text), law) for b in (1.0, -1.0))
+    motion, exact = own.motion(way, order=2), machine.motion(way, order=2)
+    motion = replace(motion, points={"M": motion.points["M"]})
+    assert exact.points["M"].position[1] == pytest.approx(motion.points["M"].position[0], abs=1e-12)
+    assert np.abs(exact.points["M"].position[0] - motion.points["M"].position[0]).max() > 0.01
+    assert compare_with_machine("bar", own.tree, machine.tree, machine.laws, (), motion).other_branch
 
 
 def test_a_defect_that_stops_the_study_is_named_in_its_line(tmp_path: Path) -> None:

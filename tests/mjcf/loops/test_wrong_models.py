@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
+from four_bars import four_bar
 
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
@@ -227,6 +228,19 @@ def test_closure_of_another_kind_gives_verdict_and_no_traceback() -> None:
     assert replace(found, compared=replace(found.compared, other_kinds=False)).is_machine
 
 
+def test_study_names_inactive_closure_when_another_acts_for_it() -> None:
+    again = '<connect name="again" site1="rod_end" site2="rocker_pin" />'
+    text = edited("rssr", setting("connect", "rocker_pin", active="false"), adding("equality", again))
+    question = LoopRequest(dict(MACHINES["rssr"]().drives), machine="rssr", seconds=0.1)
+    bench = study_module._LoopBench.from_request(mujoco.MjModel.from_xml_string(text), question, explained=True)
+    motion = bench.machine.motion(np.linspace(0.0, 0.1, 5))
+    compared = bench._compare_with_machine(machine_tree("rssr"), motion, 0.1)
+    assert compared is not None
+    assert compared.differences == ("again is a loop more", "closure rocker_pin is inactive")
+    assert compared.off is not None
+    assert compared.off < 1e-9
+
+
 # -- closures that do not act ------------------------------------------------------------------------------------------
 
 
@@ -365,6 +379,18 @@ def test_a_leg_that_starts_inside_its_ranges_starts_there() -> None:
     with pytest.raises(InvalidInput, match="it goes no further than") as refused:
         leg(re.sub(r' range="[^"]*"', "", FOLDED))
     assert "outside" not in str(refused.value)
+
+
+@pytest.mark.parametrize("explained", [True, False])
+def test_pose_inside_is_refused_without_guess_when_explained(explained: bool) -> None:
+    # The rocker's range is that of the other branch; on both a coupling holds the crank, beside its drive.
+    text = four_bar().replace('name="rocker" axis', 'name="rocker" range="-3 -0.1" axis')
+    text = text.replace("</equality>", '<joint name="spare" joint1="crank"/></equality>')
+    with pytest.raises(InvalidInput, match="the nearest pose inside, its closures take 3 of 3") as refused:
+        study_module._LoopBench.from_request(
+            mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "60rpm"}), explained=explained
+        )
+    assert str(refused.value).count("without spare it moves") == (0 if explained else 2)
 
 
 def test_ranges_that_no_closed_pose_keeps_are_named() -> None:
