@@ -112,6 +112,14 @@ def test_page_is_one_html_document_with_its_data_at_the_end() -> None:
     assert "\x1b" not in page
 
 
+@pytest.mark.parametrize("letter", ["\x7f", "\x9b", "\u202e", "\u2028"])
+def test_letter_that_commands_is_read_as_it_was_written(letter: str) -> None:
+    one = report(deviations=(f"a{letter}b",))
+    page = sealed_page(one)
+    assert letter not in page.decode()
+    assert read_verification(page) == one
+
+
 def test_links_to_other_pages_are_text_alone() -> None:
     page = sealed_page(report(deviations=("see [the page](page.md)",))).decode()
     assert parts(page)["13. Open deviations"] == "see the page"

@@ -337,3 +337,8 @@ def test_a_cost_is_timed_of_both_settings_in_rounds(monkeypatch: pytest.MonkeyPa
     found = CostCase(SCENE, SAW, settings, against=against, machine="a", rounds=7).perform()
     assert found == CostResult(timing=timing(1.5))
     assert asked == [((engine_named("mujoco"), SAW, settings, against), {"rounds": 7})]
+
+
+@pytest.mark.parametrize(("factor", "effect"), [(2.0, Effect.NONE), (2.001, Effect.REQUIRED)])
+def test_ingredient_is_required_beyond_twice_the_minimal_error(factor: float, effect: Effect) -> None:
+    assert shown(Role.REMOVED_FROM_MINIMAL, factor * 1e-4, base=ROUGH).effect is effect
