@@ -507,6 +507,19 @@ def test_a_void_tolerance_is_a_finding_in_all_its_words(tmp_path: Path, monkeypa
     assert list(stepping.solver_stops_early(right)) == []
 
 
+def test_only_wrong_solver_options_are_edited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(LintBench, "change_to", lambda *_: 0.2)
+    monkeypatch.setattr(stepping, "_unsolved_share", lambda *_: 0.5)
+    for wrong, edit in (
+        ('tolerance="0" solver="CG"', '<option solver="Newton"/>'),
+        ('tolerance="0" iterations="7"', '<option iterations="100"/>'),
+        ('tolerance="1e-9"', '<option tolerance="0"/>'),
+    ):
+        bench = bench_of(tmp_path, arms(BELT).replace("<option", f"<option {wrong}"))
+        (found,) = stepping.solver_stops_early(bench)
+        assert found.edits == (edit,)
+
+
 def test_work_that_a_solver_leaves_is_over_the_work_to_do(tmp_path: Path) -> None:
     key = '<keyframe><key qpos="0.02 0"/></keyframe>'
     bench = bench_of(tmp_path, arms(BELT, key))
