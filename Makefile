@@ -70,12 +70,11 @@ lint: $(READY)
 types: $(READY)
 	$(BIN)/mypy
 
-mjcf: $(READY) ## rewrite the committed models from the translator
-	for scene in $$($(BIN)/python -c "from conrod import SCENES; print(*SCENES)"); do \
-	    $(BIN)/conrod export $$scene --format mjcf -o mjcf/$$scene.xml || exit; done
+mjcf: $(READY) ## rewrite the committed MuJoCo models of all machines
+	$(BIN)/python -m benchmarks.committed_models mjcf
 
 pymunk-models: $(READY) ## rewrite the committed Python modules that build all machines in pymunk
-	$(BIN)/python -m benchmarks.pymunk_models
+	$(BIN)/python -m benchmarks.committed_models pymunk
 
 detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
 	$(BIN)/python -m benchmarks.detection --out reports/detection

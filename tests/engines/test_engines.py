@@ -258,7 +258,6 @@ MJCF = Path(__file__).parents[2] / "mjcf"
 
 @pytest.mark.parametrize("name", SCENES)
 def test_committed_mjcf_is_what_the_translator_writes(name: str) -> None:
-    assert {path.stem for path in MJCF.glob("*.xml")} == set(SCENES)
     assert (MJCF / f"{name}.xml").read_text(encoding="utf-8") == standalone_mjcf(name, SCENES[name])
 
 
