@@ -24,6 +24,8 @@ from conrod.mjcf.start import open_start, pose_words, start_rate_violation
 from conrod.models.loops.load_differences import list_load_differences
 from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
 
+CASES = Path(__file__).parents[1] / "data" / "cases"
+
 
 def bar(text: str = "") -> SpatialTree:
     model = mujoco.MjModel.from_xml_string(text or four_bar(frame=""))
@@ -175,6 +177,21 @@ def test_an_open_start_has_its_gaps_and_the_nearest_closed_pose() -> None:
     assert pose_words(np.array([-1e-14, 1.0 / 3.0, -2.0])) == "0 0.3333333333 -2"
 
 
+def test_open_start_has_a_closed_pose_when_model_is_in_mm() -> None:
+    metres = mujoco.MjModel.from_xml_string(four_bar(frame=""))
+    millimetres = mujoco.MjModel.from_xml_string(four_bar((100.0, 250.0, 300.0, 350.0), frame=""))
+    poses = []
+    for model, extent in ((metres, 0.35), (millimetres, 350.0)):
+        data = mujoco.MjData(model)
+        data.qpos[2] += 0.01
+        found = open_start(model, data, extent, "its own pose")
+        assert found is not None
+        assert found.gaps["pin"] / extent == pytest.approx(2 * 0.3 * math.sin(0.005) / 0.35)
+        poses.append([float(value) for value in found.closed.split()])
+    assert len(poses[0]) == 3
+    assert poses[1] == pytest.approx(poses[0], abs=1e-8)
+
+
 def test_rates_that_open_a_loop_are_compared_with_required_rates() -> None:
     machine = driven(four_bar(frame=""), {"crank": "60rpm"}, 0.01)
     model = mujoco.MjModel.from_xml_string(four_bar(frame=""))
@@ -203,6 +220,15 @@ def test_causes_take_the_place_of_a_guess(tmp_path: Path) -> None:
     path.write_text("<", encoding="utf-8")
     with pytest.raises(InvalidInput, match=r"^no$"), add_causes_to_errors(path):
         raise InvalidInput("no")
+
+
+def test_closures_are_described_in_turn_when_several_are_odd() -> None:
+    text = (CASES / "mocap-weld.xml").read_text(encoding="utf-8")
+    handle = "hold is a handle: it drags hand after the mocap body handle"
+    assert describe_closures(mujoco.MjModel.from_xml_string(text)) == handle
+    off = '<connect name="loose" body1="fore" anchor="0 0 0" active="false"/></equality>'
+    both = mujoco.MjModel.from_xml_string(text.replace("</equality>", off))
+    assert describe_closures(both) == f'closure loose is inactive (active="false"); {handle}'
 
 
 def test_parts_apart_are_said_with_their_cure() -> None:

@@ -11,7 +11,8 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.request import Scan
-from conrod.models.check.frame import GivenFrame
+from conrod.models.check.fitting import PathSearch, _fit_coarsely
+from conrod.models.check.frame import GivenFrame, candidate_views
 from conrod.models.check.identity import identify
 from conrod.models.check.references import (
     ALL_LENGTHS,
@@ -109,6 +110,27 @@ def test_one_pass_of_a_machine_is_found(name: str, zero: float | None) -> None:
     assert math.degrees(identity.frame.rotation) == pytest.approx(15.0, abs=1e-6)
 
 
+def test_coarse_fit_is_exact_when_a_sample_is_at_crank_zero() -> None:
+    # The turn begins at 0.4 rad, and the crank is at zero in the eighth sample.
+    zero = 0.4 + 7 * 2.0 * np.pi / SAMPLES
+    scan = scan_of(SAW, 0.3, zero, 1e-3)
+    (view,) = candidate_views(scan.axis, 1, "xz")
+    found = _fit_coarsely(PathSearch(SAW, scan, view, GivenFrame()))
+    assert (found.zero, found.rotation, found.unit) == pytest.approx((zero, 0.3, 1e-3))
+    assert found.largest < 1e-9
+    # Negative control: between samples it is not.
+    between = scan_of(SAW, 0.3, zero + np.pi / SAMPLES, 1e-3)
+    assert _fit_coarsely(PathSearch(SAW, between, view, GivenFrame())).largest > 1e-3
+
+
+def test_pass_is_refused_when_given_zero_leaves_its_reach() -> None:
+    scene = scene_named("swinging-four-bar")
+    scan = scan_of(scene, 0.0, 0.3)
+    assert identify(scene, scan, GivenFrame("xz", zero=0.3))[0].is_machine(1e-9)
+    with pytest.raises(InvalidInput, match=r"^swinging-four-bar cannot be assembled at every crank angle from "):
+        identify(scene, scan, GivenFrame("xz", zero=2.3))
+
+
 # -- lengths and branches --------------------------------------------------------------------------------------------
 
 
@@ -146,6 +168,20 @@ def test_the_other_branch_is_named() -> None:
     assert identity.left < 1e-9
     assert identity.largest < 1e-9
     assert machine.mechanism().name == "saw-otherwise"
+
+
+@pytest.mark.parametrize("meant", [0, 1])
+def test_nearest_branch_is_named_when_a_machine_has_three(meant: int) -> None:
+    scene = scene_named("whitworth")
+    others = other_branches(scene)
+    assert len(others) == 2
+    scan = scan_of(scene)
+    flat = paths_of(others[meant], scan.points)(scan.coordinate)
+    positions = scan.anchor + flat.real[..., None] * RIGHT + flat.imag[..., None] * UP
+    identity, machine = identify(scene, replace(scan, positions=positions), GivenFrame(rotation=0.0, zero=0.0))
+    assert identity.other_branch
+    assert identity.largest < 1e-9
+    assert machine.mechanism().poses == others[meant].described.poses
 
 
 def test_points_that_do_not_move_in_a_plane_are_refused() -> None:
@@ -198,6 +234,15 @@ def test_paths_are_around_the_shaft() -> None:
 @pytest.mark.parametrize(("name", "returns"), [("saw-40rpm", True), ("swinging-four-bar", False)])
 def test_points_return_after_a_turn_but_of_one_pass(name: str, returns: bool) -> None:
     assert returns_after_turn(scene_named(name)) is returns
+
+
+@pytest.mark.parametrize("factor", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize(("name", "returns"), [("saw-40rpm", True), ("planetary-gear", False)])
+def test_points_return_or_not_when_a_machine_is_tiny_or_huge(name: str, returns: bool, factor: float) -> None:
+    scene = scene_named(name)
+    sized = with_lengths(scene, [ALL_LENGTHS], np.array([factor]))
+    assert sized.kinematics.size == pytest.approx(factor * scene.kinematics.size)
+    assert returns_after_turn(sized) is returns
 
 
 def test_slider_crank_has_one_other_branch_for_any_lengths() -> None:

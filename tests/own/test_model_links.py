@@ -163,6 +163,24 @@ def test_link_welded_to_world_is_ground_at_either_end(bodies: str) -> None:
     assert link_differences(made, plain) == ()
 
 
+@pytest.mark.parametrize(("across", "words"), [
+    (0.02, []),
+    (0.021, ["slide is 1.11 % longer from pin shaft to the line of pin slider-pin: 91 mm instead of 90 mm"]),
+])  # fmt: skip
+def test_slide_has_its_direction_when_its_link_is_welded_on(across: float, words: list[str]) -> None:
+    # The slider's origin lies 20 mm below its pin, and its frame is another than that of the block it is welded to.
+    text = changed(exported("saw-40rpm"), "body", "slider", "0 -0.02 0")
+    for site in ("C", "slider-pin.slider"):
+        text = changed(text, "site", site, f"0 {across!r} 0")
+    joints = "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in (("x", "1 0 0"), ("y", "0 1 0")))
+    block = f"""<body name="block" pos="0.05 0.03 0" euler="0 0 0.5">{joints}<joint name="spin" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body></worldbody>"""
+    text = replaced(
+        replaced(text, "</worldbody>", block), "</equality>", '<weld body1="block" body2="slider"/></equality>'
+    )
+    assert found("saw-40rpm", text) == words
+
+
 def test_what_should_be_at_one_place_is_said_so() -> None:
     one = LinkDifference("crank", ("pin A", "pin B"), 0.0035, 0.0)
     assert one.words == "crank has pin A 3.5 mm from pin B, where they should be at one place"
@@ -228,6 +246,17 @@ def test_axes_are_compared_in_the_pose_of_the_keyframe() -> None:
     for keyframe, words in (("qpos0", apart), ("turned", off), (None, off)):
         causes = list(scene_causes(model, ("saw-40rpm", scene("saw-40rpm")), replace(asked, keyframe=keyframe)))
         assert [one.startswith(words) for one in causes] == [True], keyframe
+
+
+def test_lengths_differ_when_a_keyframe_turns_a_tilted_pin() -> None:
+    # About its tilted pin the rod turns out of the plane, in which it is then shorter.
+    saw = replaced(exported("saw-40rpm"), '<key name="start" qpos="0 0 0"', '<key name="turned" qpos="0 0 1"')
+    old = 'name="crank-pin" type="hinge" axis="0 0 1"'
+    model = mujoco.MjModel.from_xml_string(replaced(saw, old, old.replace("0 0 1", "0 0.2 1")))
+    asked = ModelRequest("crank", (PointPlace("C", "site", "C"), PointPlace("M", "site", "M")), 1, 0)
+    for keyframe, differ in (("qpos0", False), ("turned", True), (None, True)):
+        causes = list(scene_causes(model, ("saw-40rpm", scene("saw-40rpm")), replace(asked, keyframe=keyframe)))
+        assert any(one.startswith("against saw-40rpm, rod is ") for one in causes) is differ, keyframe
 
 
 def test_refusal_has_no_causes_when_its_keyframe_is_unknown() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,17 @@ import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
-from own_model_edits import HACKSAW, ROD_END, TEXTS, judged, replaced, settled
+from own_model_edits import FILES, HACKSAW, POINTS, ROD_END, TEXTS, judged, question, replaced, settled
 
 from conrod import MuJoCoSettings, compare, run
 from conrod.comparison.trajectory import Outcome
+from conrod.errors import InvalidInput
 from conrod.mjcf.driving import LoopRecording, forward_copy
 from conrod.models.check import report as words
+from conrod.models.check.frame import Frame, PlaneView
 from conrod.models.check.results import OWN, ModelStudy
+from conrod.models.check.study import SceneBench
+from conrod.models.check.turning import prepare_turning
 from conrod.scenes import SCENES
 
 SAW, SCENE = TEXTS["saw"], SCENES["saw-40rpm"]
@@ -122,6 +127,64 @@ def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: objec
     assert own.outcome is outcome
     assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
     assert study.passed == (outcome is Outcome.COMPLETED)
+
+
+def mirrored_at(sample: int, first: float) -> Callable[[LoopRecording], LoopRecording]:
+    """Spoil a run: on the other branch at one sample alone, and C off by `first` [m] where it starts."""
+
+    def spoil(run: LoopRecording) -> LoopRecording:
+        other, coordinates, point = on_the_other_branch(run), run.coordinates.copy(), run.points["C"].copy()
+        coordinates[:, sample], point[:, sample] = other.coordinates[:, sample], other.points["C"][:, sample]
+        point[0, 0, 0] += first
+        return replace(run, coordinates=coordinates, points={"C": point})
+
+    return spoil
+
+
+@pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("first", "starts"), [(0.0, ""), (0.005, ""), (0.1, "it starts so, and is ")])
+def test_flipped_run_is_told_with_its_angle_and_its_start(first: float, starts: str, tmp_path: Path) -> None:
+    # 1000 steps of a turn: sample 123 is at 44.28 deg. The joints may open by 0.05 of 0.211 m.
+    own = judged(tmp_path, "saw", SAW, points=("C",), spoil=mirrored_at(123, first)).own
+    assert own.outcome is Outcome.FLIPPED
+    assert own.reason.startswith(f"on another branch with crank at 44.28 deg, {starts}up to ")
+
+
+@pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("way", "sizes", "exploded"), [(-1.0, 10.5, True), (1.0, 10.5, True), (1.0, 9.5, False)])
+def test_run_has_exploded_when_far_from_where_it_starts(
+    way: float, sizes: float, exploded: bool, tmp_path: Path
+) -> None:
+    # M starts half a size to the right of the document's origin.
+    def thrown(run: LoopRecording) -> LoopRecording:
+        point = run.points["M"].copy()
+        point[0, -1] = point[0, 0] + [way * sizes * SCENE.kinematics.size, 0.0, 0.0]
+        return replace(run, points={"M": point})
+
+    own = judged(tmp_path, "saw", SAW, points=("M",), spoil=thrown).own
+    assert (own.outcome is Outcome.EXPLODED) is exploded
+    assert own.reason.startswith("beyond 10 sizes of the mechanism from 1.5 s on") is exploded
+
+
+@pytest.mark.parametrize(("kind", "contact"), [("saw", False), ("cam", True)])
+def test_driven_run_has_a_contacts_settings_when_one_is_asked(
+    kind: str, contact: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene, asked, path = SCENES[FILES[kind]], question(kind), tmp_path / "model.xml"
+    path.write_text(TEXTS[kind], encoding="utf-8")
+    turning, models = prepare_turning(path, asked), list[mujoco.MjModel]()
+
+    def record(_: object, model: mujoco.MjModel, *__: object, **___: object) -> LoopRecording:
+        models.append(model)
+        raise InvalidInput("recorded")
+
+    monkeypatch.setattr("conrod.models.check.study.driven_run", record)
+    frame = Frame(PlaneView("xy", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1), 1, 0.0, 0.0, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0))
+    bench = SceneBench(turning, asked, scene, scene.speed, frame, POINTS[kind], 1.0)
+    with pytest.raises(InvalidInput, match="recorded"):
+        bench.run_driven("tuned")
+    integrator = mujoco.mjtIntegrator.mjINT_EULER if contact else mujoco.mjtIntegrator.mjINT_RK4
+    assert models[0].opt.integrator == integrator
 
 
 @pytest.mark.usefixtures("no_presets")
