@@ -16,7 +16,7 @@ from conrod.scenes import SCENES, catalogue_names, dynamics_names
 from conrod.scenes.space import MACHINES
 
 ROOT = Path(__file__).parents[1]
-NUMBER = re.compile(r"-?\d+\.\d+(?:e[-+]\d+)?")
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 ROUNDING = 1e-12  # relative, or of 1
 
 
@@ -59,7 +59,9 @@ def models(format: str) -> list[Model]:
 
 
 def equal_to_rounding(one: str, other: str) -> bool:
-    """True if two texts are equal but for the last digits of numbers."""
+    """True if two texts are equal but for the last digits of numbers, and for line breaks, which depend on these."""
+    one, other = (re.sub(r"\s*([()\[\]{},])\s*", r"\1", " ".join(text.split())) for text in (one, other))
+    one, other = (re.sub(r",(?=[)\]}])", "", text) for text in (one, other))
     if NUMBER.split(one) != NUMBER.split(other):
         return False
     pairs = zip(map(float, NUMBER.findall(one)), map(float, NUMBER.findall(other)), strict=True)

@@ -62,7 +62,8 @@ def format_numbers(values: list[float] | tuple[float, ...]) -> str:
 
 def format_short(value: float) -> str:
     """A number in four digits, for values that affect only the picture."""
-    return f"{zero_if_rounding(value):.4g}"
+    # Of the rounded value: a tie in the fifth digit is not left to the last digit of a double.
+    return f"{float(f'{zero_if_rounding(value):.12g}'):.4g}"
 
 
 def add_closures(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
