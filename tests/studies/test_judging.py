@@ -19,10 +19,10 @@ from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
 from conrod.engines.engine import Machine, run_extent
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.case import CACHE_VERSION, Case, identity_digest, pursue
+from conrod.execution.case import CACHE_VERSION, SIZES, Case, identity_digest, pursue
 from conrod.execution.releases import VersionCase
 from conrod.execution.result import AS_ASKED, Plan, presets_study, refinement_path, run_refinement_path
-from conrod.execution.results_table import SIZES, tidy_row
+from conrod.execution.results_table import tidy_row
 from conrod.execution.run import RunCase, RunResult
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.ablate.study import CostCase

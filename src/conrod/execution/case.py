@@ -19,7 +19,8 @@ from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 
 OUTCOMES = {outcome.slug: outcome for outcome in Outcome}
-FAILURE_FIELDS = {"outcome", "reason", "sizes"}  # all that is kept of a case whose process gave no result
+SIZES = "sizes"  # saved with a result: its largest errors by quantity and measure, see `CaseResult.sizes`
+FAILURE_FIELDS = {"outcome", "reason", SIZES}  # all that is kept of a case whose process gave no result
 MEASURES = ("max", "rms", "final")
 Sizes = Mapping[str, float]
 

@@ -18,9 +18,9 @@ import platformdirs
 
 from conrod.comparison.plain_values import plain_values
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, CaseResult, identity_digest
+from conrod.execution.case import SIZES, Case, CaseResult, identity_digest
 from conrod.execution.ledger_file import LOCK_TIMEOUT, Claims, connect, connect_for_reading, name_ledger_in_errors
-from conrod.execution.results_table import SIZES, tidy_row
+from conrod.execution.results_table import tidy_row
 from conrod.execution.writing import real_path
 from conrod.scenes.scene import canonical_json
 

@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import MEASURES
+from conrod.execution.case import MEASURES, SIZES
 
 if TYPE_CHECKING:
     from conrod.execution.timing import Timing
 
-SIZES = "sizes"  # of a saved result: its largest errors by quantity and measure, see `CaseResult.sizes`
 TIMING_FIELDS = ("seconds_per_revolution", "reference_seconds", "ratio", "machine")
 
 

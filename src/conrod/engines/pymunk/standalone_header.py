@@ -51,12 +51,12 @@ def _document(name: str, machine: DescribedMachine, building: str, paragraphs: l
     use = f"    {building}\n    step(model)  # as often as needed\n    model.position({_first_point(machine)!r})"
     return "\n\n".join(
         [
-            _filled(f"{machine.title}, scene {name} of conrod, as a pymunk model."),
+            _wrap_paragraph(f"{machine.title}, scene {name} of conrod, as a pymunk model."),
             use,
-            _filled(f"Source: {machine.source}."),
+            _wrap_paragraph(f"Source: {machine.source}."),
             "Parameters (SI):\n\n" + "\n".join(_parameter_lines(machine)),
-            _filled(f"Frame (z points to the viewer, angles count counter-clockwise): {machine.frame}"),
-            *map(_filled, paragraphs),
+            _wrap_paragraph(f"Frame (z points to the viewer, angles count counter-clockwise): {machine.frame}"),
+            *map(_wrap_paragraph, paragraphs),
         ]
     )
 
@@ -65,7 +65,7 @@ def _first_point(machine: DescribedMachine) -> str:
     return next((point.name for point in machine.kinematics.mechanism.observed), "")
 
 
-def _filled(paragraph: str) -> str:
+def _wrap_paragraph(paragraph: str) -> str:
     return textwrap.fill(paragraph, PARAGRAPH_WIDTH)
 
 
