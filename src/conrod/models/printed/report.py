@@ -14,10 +14,10 @@ from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart
 
 CONSOLE_ORDER = (Judgement.MISPRINT, Judgement.WRONG_STEP, Judgement.NOT_REPRODUCIBLE, Judgement.EXPLAINED)
+SYSTEMATIC_KINDS = (Judgement.WRONG_STEP, Judgement.EXPLAINED)  # of a user's table: a whole column has the cause
 EXTRA_DIGITS = 3  # of an exact value, beyond the digits in print
-
-
 MAX_PRINTED_ITEMS = 20  # of a document, on the console
+MAX_LISTED_LINES = 4
 
 
 def escape_marks(text: str) -> str:
@@ -54,6 +54,23 @@ def console_lines(audited: AuditedDocument, most: int) -> Iterator[str]:
         yield f"{place}{what}{right}: {verdict.kind.value} ({verdict.reason})"
     if len(wrong) > most:
         yield f"... and {len(wrong) - most} more; --out DIR writes all"
+
+
+def cause_lines(audited: AuditedDocument) -> Iterator[str]:
+    """Yield each cause with the lines that it explains, and those of its columns that it does not."""
+    causes = dict.fromkeys(v.cause for v in audited.verdicts if v.cause and v.kind in SYSTEMATIC_KINDS)
+    for cause in filter(None, causes):
+        lines = [v.line for v in audited.verdicts if v.cause == cause]
+        left = [v.line for v in audited.verdicts if f"left over by {cause}," in v.reason]
+        rest = f"; left over: {_lines_text(left)}" if left else ""
+        yield f"{cause}: {len(lines)} item{'s' * (len(lines) != 1)}, {_lines_text(lines)}{rest}"
+
+
+def _lines_text(lines: Sequence[int]) -> str:
+    """Say the numbers of lines, those of a column by its ends."""
+    if len(lines) <= MAX_LISTED_LINES:
+        return f"line{'s' * (len(lines) != 1)} {', '.join(map(str, lines))}"
+    return f"lines {lines[0]} to {lines[-1]}"
 
 
 def counts_table(audits: Mapping[str, AuditedDocument]) -> Table:
@@ -96,6 +113,7 @@ def results_to_print(audits: Sequence[AuditedDocument]) -> Iterator[PrintedPart]
     """Yield the counts of verdicts on each document, then the items that disagree."""
     yield counts_table({one.document: one for one in audits})
     for audited in audits:
+        yield from cause_lines(audited)
         yield from console_lines(audited, MAX_PRINTED_ITEMS)
 
 

@@ -7,13 +7,14 @@ The format is described in docs/audit.md. Nothing in a table is executed; a path
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.execution.writing import real_path
-from conrod.models.printed.row_verdicts import verdicts_on
+from conrod.models.printed.column_slips import other_speed
+from conrod.models.printed.row_verdicts import check_span, verdicts_on
 from conrod.models.printed.rows import PrintedRow, read_rows
 from conrod.models.printed.verdicts import AuditedDocument, PrintedVerdict
 from conrod.scenes import Scene, scene_named
@@ -66,7 +67,26 @@ def audit_table(document: str, text: str, scene_of: Callable[[str], Scene] = sce
             groups.setdefault(row.group, []).append(row)
         if not groups:
             raise InvalidInput("no rows below the heading")
-        verdicts = [verdict for rows in groups.values() for verdict in verdicts_on(document, rows)]
+        verdicts = [verdict for columns in _machines(groups).values() for verdict in _verdicts(document, columns)]
     except (InvalidInput, csv.Error) as error:
         raise InvalidInput(f"{document}: {error}") from None
     return tuple(sorted(verdicts, key=lambda verdict: verdict.line))
+
+
+def _machines(
+    groups: Mapping[tuple[object, ...], list[PrintedRow]],
+) -> Mapping[tuple[object, ...], list[list[PrintedRow]]]:
+    """Collect the columns of each machine with one set of parameters, in the order of the table."""
+    machines: dict[tuple[object, ...], list[list[PrintedRow]]] = {}
+    for (scene, parameters, *_), rows in groups.items():
+        machines.setdefault((scene, parameters), []).append(rows)
+    return machines
+
+
+def _verdicts(document: str, columns: Sequence[Sequence[PrintedRow]]) -> Iterator[PrintedVerdict]:
+    """Judge the columns of one machine, which one speed may explain together."""
+    for rows in columns:
+        check_span(rows)
+    speed = other_speed(columns)
+    for rows in columns:
+        yield from verdicts_on(document, rows, speed)
