@@ -50,7 +50,7 @@ audit: $(READY) ## check the documents' printed numbers and formulas against the
 	$(BIN)/python -m audits --out reports/audit
 
 batch: $(READY) ## a thousand saws of a drawing's tolerances in one call of MJX: rewrite reports/batch/; ten minutes
-	$(BIN)/python -m benchmarks.batch --out reports/batch
+	$(BIN)/python -m docs.studies.batch --out reports/batch
 
 test: $(READY) ## the fast tests, some minutes on two cores
 	$(BIN)/python -m pytest -n auto
@@ -64,26 +64,26 @@ lowest: $(LOWEST)/.ready ## the tests of command line, runs and engines with the
 	    tests/mechanism tests/exact/test_exact_dynamics.py
 
 lint: $(READY)
-	$(BIN)/ruff check src audits tests benchmarks
-	$(BIN)/ruff format --check src audits tests benchmarks
+	$(BIN)/ruff check src audits tests benchmarks docs/studies docs/committed_models.py
+	$(BIN)/ruff format --check src audits tests benchmarks docs/studies docs/committed_models.py
 
 types: $(READY)
 	$(BIN)/mypy
 
 mjcf: $(READY) ## rewrite the committed MuJoCo models of all machines
-	$(BIN)/python -m benchmarks.committed_models mjcf
+	$(BIN)/python -m docs.committed_models mjcf
 
 pymunk-models: $(READY) ## rewrite the committed Python modules that build all machines in pymunk
-	$(BIN)/python -m benchmarks.committed_models pymunk
+	$(BIN)/python -m docs.committed_models pymunk
 
 detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
-	$(BIN)/python -m benchmarks.detection --out reports/detection
+	$(BIN)/python -m docs.studies.detection --out reports/detection
 
 inputs: $(READY) ## 200 inputs of ten kinds, half of them wrong: are causes named? Rewrites the table in docs/detection.md; ten minutes
-	$(BIN)/python -m benchmarks.inputs --write docs/detection.md
+	$(BIN)/python -m docs.studies.inputs --write docs/detection.md
 
 own-models: $(READY) ## closed loops of robots in the folder MODELS, see reports/own-models/README.md; minutes for each of them
-	$(BIN)/python -m benchmarks.own_models $(MODELS) $(if $(ROBOTS),--only $(ROBOTS))
+	$(BIN)/python -m docs.studies.own_models $(MODELS) $(if $(ROBOTS),--only $(ROBOTS))
 
 # In its folder, since a report has the names of files; without the earlier reports, which would begin a record of changes.
 verification: $(READY) ## the examples of verification reports: rewrite reports/verification/

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from command_line import conrod
 
-from benchmarks.inputs.__main__ import BEGIN, END, KINDS, all_inputs, misses, section, table
-from benchmarks.inputs.input import Answer, Input, answer_of, judge
+from docs.studies.inputs.__main__ import BEGIN, END, KINDS, all_inputs, misses, section, table
+from docs.studies.inputs.input import Answer, Input, answer_of, judge
 
 INPUTS = {f"{one.kind}: {'healthy' if one.healthy else 'wrong'}: {one.name}": one for one in all_inputs()}
 # Of each kind some that take a second or so.

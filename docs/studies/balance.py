@@ -27,6 +27,7 @@ def shaking(counterweight: float) -> np.ndarray:
 
 
 def peak(counterweight: float) -> float:
+    """Largest shaking force of a turn [N]."""
     return float(np.hypot(*shaking(counterweight)).max())
 
 

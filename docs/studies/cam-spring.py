@@ -8,7 +8,7 @@ import numpy as np
 
 from conrod import MuJoCoSettings, run
 from conrod.exact.dynamics.inverse import CrankStates, joint_forces
-from conrod.scenes import scene_named
+from conrod.scenes import Scene, scene_named
 
 SPEED, LEAST_PUSH, PRELOAD = 20.0, 5.0, 10.0  # [rad/s], [N] left between cam and roller, [N] on the base circle
 cam = scene_named("cam-spring-slow")  # or read_scene(Path("my_cam.toml"))
@@ -16,12 +16,14 @@ angle = np.union1d(np.linspace(0.0, 2.0 * np.pi, 721), np.array(cam.break_angles
 steady = CrankStates(angle, np.full_like(angle, SPEED), np.zeros_like(angle), angle / SPEED)
 
 
-def sprung(stiffness: float):  # the cam with another spring, which is 255 mm long on the base circle
+def sprung(stiffness: float) -> Scene:
+    """Give the cam another spring [N/m], which is 255 mm long on the base circle."""
     rest = 0.255 + PRELOAD / stiffness
     return cam.with_parameters(**{"speed": SPEED, "springs.spring.stiffness": stiffness, "springs.spring.rest": rest})
 
 
-def push(stiffness: float) -> np.ndarray:  # between cam and roller [N]
+def push(stiffness: float) -> np.ndarray:
+    """Force between cam and roller (T,) [N]."""
     return joint_forces(sprung(stiffness).kinematics, steady).components["contact"]["contact"]
 
 

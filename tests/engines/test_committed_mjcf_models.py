@@ -9,7 +9,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from benchmarks.committed_models import ROOT, Model, equal_to_rounding, models
 from conrod import check_loops
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
@@ -17,6 +16,7 @@ from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.exact.motion import Array
 from conrod.scenes import scene_named
 from conrod.scenes.space import MACHINES
+from docs.committed_models import ROOT, Model, equal_to_rounding, models
 
 MODELS = models("mjcf")
 DRIVEN = [one for one in MODELS if not one.free and one.name not in MACHINES]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from modules_alone import printed_lines
 
-from benchmarks.committed_models import ROOT, Model, equal_to_rounding, models
 from conrod.scenes import scene_named
+from docs.committed_models import ROOT, Model, equal_to_rounding, models
 
 FAST = ("saw-500rpm", "geneva", "pendulum")
 MODELS = models("pymunk")

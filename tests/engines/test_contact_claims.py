@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from catalogue import CAM, CAMS
 
-from benchmarks.healthy import variant
 from conrod import MuJoCoSettings
 from conrod.comparison.compare import ExactMotions
 from conrod.engines import engine_named
@@ -21,6 +20,7 @@ from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
 from conrod.models.lint.bench import first_difference
 from conrod.scenes import scene_named
+from docs.studies.healthy import variant
 
 OF_LAWS = "cam-3-4-5"
 

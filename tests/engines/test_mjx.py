@@ -118,7 +118,7 @@ def test_mjx_refuses_what_it_lacks_with_its_own_reason(scene: Any, fields: dict[
 
 @pytest.mark.slow
 def test_each_machine_of_a_batch_runs_as_if_alone() -> None:
-    from benchmarks.batch import STEPS, Batch, judged, page, saws  # loads JAX, after which nothing may fork
+    from docs.studies.batch import STEPS, Batch, judged, page, saws  # loads JAX, after which nothing may fork
 
     engine, machines = engine_named("mjx"), saws(3)
     settings = [engine.presets["tuned"](one, STEPS) for one in machines]

@@ -11,7 +11,6 @@ import pytest
 from catalogue import CAM
 from free_machines import SWINGING_FOUR_BAR, SWINGING_SLIDER_CRANK, chain
 
-from benchmarks.healthy import variant
 from conrod.comparison.compare import compare
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
@@ -33,6 +32,7 @@ from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Displacement, Distance, Elastic, Friction, Load, SpeedLine, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import GROUND, ConstantForce, Mechanism
 from conrod.scenes import SCENES, catalogue_scene, scene_named
+from docs.studies.healthy import variant
 
 PYMUNK: Any = engine_named("pymunk")
 PACE = Pace(1.0)  # no rule of pymunk's asks for it

@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 
-from benchmarks.healthy import VariantCase, variant
 from conrod.engines import engine_named
 from conrod.engines.engine import run_extent
 from conrod.engines.mujoco import MuJoCoSettings, dynamics, exchanged_inertia
@@ -24,6 +23,7 @@ from conrod.studies.detection.qualification import (
     smallest_noticed_size,
 )
 from conrod.studies.validation.dynamic_mode import prepare_run
+from docs.studies.healthy import VariantCase, variant
 
 SAW = SCENES["saw-500rpm"]
 CHEAP = Plan(250, 0.5)

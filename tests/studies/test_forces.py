@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.healthy import variant
 from conrod.comparison.trajectory import Instants, Outcome
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
@@ -26,6 +25,7 @@ from conrod.studies.forces.force_errors import ExpectedForceErrors, constant_spe
 from conrod.studies.forces.mass_likeness import _drop_unexplained, visible_properties
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, record_forces, validate_forces
+from docs.studies.healthy import variant
 
 JUDGED = (("mujoco", "hardened"), ("pymunk", "tuned"))
 PLANTED = [("shear-press", *JUDGED[0]), ("shear-press", *JUDGED[1]), ("saw-500rpm", *JUDGED[0])]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks.inputs.edits import (
+from docs.studies.inputs.edits import (
     CRANK,
     HACKSAW,
     KEYFRAME,
@@ -20,8 +20,8 @@ from benchmarks.inputs.edits import (
     served,
     toml,
 )  # fmt: skip
-from benchmarks.inputs.geometry import JUDGED, MEASURED, _judged
-from benchmarks.inputs.input import Input, healthy, wrong
+from docs.studies.inputs.geometry import JUDGED, MEASURED, _judged
+from docs.studies.inputs.input import Input, healthy, wrong
 
 STARTS, DRIVES, BESIDES = "starts and keyframes", "drives, speeds, actuators", "what acts besides"
 IT_IS = r"It is saw-40rpm\..* Driven by conrod, its own settings are within tolerance"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from benchmarks.inputs.edits import (
+from docs.studies.inputs.edits import (
     CLOSURE,
     CRANK,
     CUTTER,
@@ -25,7 +25,7 @@ from benchmarks.inputs.edits import (
     saw,
     scaled,
 )  # fmt: skip
-from benchmarks.inputs.input import Input, healthy, wrong
+from docs.studies.inputs.input import Input, healthy, wrong
 
 LENGTHS, JOINTS, CLOSURES = "lengths of a model", "joints and axes", "closures"
 JUDGED, MEASURED = "within tolerance", "measured, not judged"

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.inputs [--write docs/detection.md]`: two hundred inputs, and what conrod says of each.
+"""`python -m docs.studies.inputs [--write docs/detection.md]`: two hundred inputs, and what conrod says of each.
 
 Answers are kept in `build/` by input and by the digest of conrod's own files: what is interrupted goes on where it
 stopped, and a change of conrod asks all inputs again.
@@ -15,9 +15,9 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.inputs import data, files, geometry, motion
-from benchmarks.inputs.edits import ROOT
-from benchmarks.inputs.input import HEALTHY, WRONG, Answer, Input, ask, judge
+from docs.studies.inputs import data, files, geometry, motion
+from docs.studies.inputs.edits import ROOT
+from docs.studies.inputs.input import HEALTHY, WRONG, Answer, Input, ask, judge
 
 KINDS = (
     geometry.lengths, geometry.joints, geometry.closures, motion.starts, motion.drives, motion.besides,

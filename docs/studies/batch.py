@@ -1,4 +1,4 @@
-"""`python -m benchmarks.batch [--machines N] [--out DIR]`: saws of a drawing's tolerances, all in one call of MJX.
+"""`python -m docs.studies.batch [--machines N] [--out DIR]`: saws of a drawing's tolerances, all in one call of MJX.
 
 Lengths are drawn at random within ISO 2768-1, class m. Of each saw: by how much its exact stroke is off the drawing's,
 the error of MJX's run and of MuJoCo's, and whether that is within the bound of the engine's law for this very saw.
@@ -196,7 +196,7 @@ def page(machines: Sequence[Scene], found: Sequence[Measured]) -> str:
 
 def main() -> None:
     """Run the saws, print what comes out, and write the page where it is asked for."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.batch", description=main.__doc__)
+    parser = argparse.ArgumentParser(prog="python -m docs.studies.batch", description=main.__doc__)
     parser.add_argument("--machines", type=int, default=1000, metavar="N", help="[1000]")
     parser.add_argument("--out", metavar="DIR", help="write the page")
     asked = parser.parse_args()

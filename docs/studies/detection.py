@@ -1,4 +1,4 @@
-"""`python -m benchmarks.detection [--out DIR]`: how small a defect each verdict notices, and how often it is wrong.
+"""`python -m docs.studies.detection [--out DIR]`: how small a defect each verdict notices, and how often it is wrong.
 
 Of each machine, engine and judged preset: the smallest size of each kind of defect, by `conrod validate --qualify`; how
 tight its tolerances are; and of how many healthy machines with other parameters, speeds, starts and steps it says that
@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from benchmarks.defects import DetectionCase
-from benchmarks.healthy import VariantCase, variant
 from conrod.comparison.plain_values import json_document, plain_values
 from conrod.crash import run_guarded
 from conrod.engines import engine_named, engine_names
@@ -34,6 +32,8 @@ from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
 from conrod.studies.validation.results import DefectVerdict, ValidationResult
+from docs.studies.defects import DetectionCase
+from docs.studies.healthy import VariantCase, variant
 
 # Healthy machines of each of the scenes, of the catalogue, and of those with a cam, whose runs take 100 times as long.
 MANY, FEW = 200, 25
@@ -244,7 +244,7 @@ def page(machines: Sequence[Machine]) -> str:
 
 def main() -> None:
     """Pursue the study, print what it finds, and write the report where it is asked for."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.detection", description=main.__doc__)
+    parser = argparse.ArgumentParser(prog="python -m docs.studies.detection", description=main.__doc__)
     parser.add_argument("scenes", nargs="*", metavar="SCENE", help="[all scenes and the catalogue]")
     parser.add_argument("--healthy", type=float, default=1.0, metavar="SHARE", help="of the healthy machines [1]")
     parser.add_argument("--ledger", metavar="FILE", help="where finished runs are kept [in the cache folder]")

@@ -9,10 +9,10 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.inputs.edits import replaced, rounded, saw, toml
-from benchmarks.inputs.input import Input, healthy, wrong
 from conrod.models.export.fmu import fmu
 from conrod.scenes import SCENES
+from docs.studies.inputs.edits import replaced, rounded, saw, toml
+from docs.studies.inputs.input import Input, healthy, wrong
 
 MECHANISMS, PRINTED = "mechanism files", "printed values, FMUs, settings"
 RUN = "validate m.toml --engine mujoco --preset hardened --steps-per-rev 200 --revolutions 1"

@@ -1,4 +1,4 @@
-"""`python -m benchmarks.own_models MODELS [--out DIR]`: closed loops of robots from public collections.
+"""`python -m docs.studies.own_models MODELS [--out DIR]`: closed loops of robots from public collections.
 
 MODELS holds a folder for each repository of `SOURCES`, fetched by whoever runs it. Each robot is judged as by
 `conrod check MODEL --drive ...`, and its mobility is compared with a count by hand. Nothing of a model is written
@@ -159,7 +159,7 @@ ROBOTS = {
 
 def main() -> None:
     """Judge the robots and write the pages."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.own_models", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m docs.studies.own_models", description=__doc__)
     parser.add_argument("models", type=Path, help="folder with a clone of each repository")
     parser.add_argument("--out", default="reports/own-models", help="folder of the pages")
     parser.add_argument("--only", nargs="+", choices=ROBOTS, default=list(ROBOTS), help="these robots alone")

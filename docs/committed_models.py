@@ -1,4 +1,4 @@
-"""The committed models of all machines, for MuJoCo and for pymunk: `python -m benchmarks.committed_models mjcf` writes.
+"""The committed models of all machines, for MuJoCo and for pymunk: `python -m docs.committed_models mjcf` writes.
 
 A file that differs from what is written today by the rounding of another processor alone stays as it is.
 """

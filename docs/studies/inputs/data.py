@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.inputs.edits import Columns, csv, renamed, saw_table
-from benchmarks.inputs.input import Input, healthy, wrong
 from conrod.exact.motion import Array
 from conrod.scenes import SCENES
+from docs.studies.inputs.edits import Columns, csv, renamed, saw_table
+from docs.studies.inputs.input import Input, healthy, wrong
 
 COLUMNS, SENSORS = "columns, units and clocks of tables", "sensors"
 ASKED = "check run.csv --scene saw-40rpm --tolerance position=1e-4"

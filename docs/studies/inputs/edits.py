@@ -15,7 +15,7 @@ from conrod.exact.motion import Array
 from conrod.scenes import SCENES, Scene, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SAW = "--scene saw-40rpm --crank crank --point C=site:C --point M=site:M"
 HACKSAW = "--scene saw-40rpm --crank motor --point C=body:bow --point M=geom:rod"
 PRESS = "--scene shear-press --crank crank --point A=site:A --point G=site:G"
