@@ -13,10 +13,11 @@ from command_line import conrod
 from conrod.execution.resolve_arguments import select_scene
 from conrod.mjcf.loading import load_model
 from conrod.mjcf.runs import run, state_of
+from conrod.models.invariances import solvers
 from conrod.models.invariances.accelerations import Similarity, forward, with_converged_solver
-from conrod.models.invariances.changes import SIMILARITIES, InvarianceBench, all_invariance_checks, similarities
+from conrod.models.invariances.changes import SIMILARITIES, InvarianceBench, similarities
 from conrod.models.invariances.results import InvarianceOutcome
-from conrod.models.invariances.study import study_declaration_orders
+from conrod.models.invariances.study import all_invariance_checks, study_declaration_orders
 
 # Two loops on a tree with branches, a slide, a spring and a motor; with a box that falls on its friction.
 LOOPS = """<mujoco><option timestep="0.001"/><worldbody>
@@ -56,7 +57,7 @@ def loops(path: Path) -> InvarianceBench:
 
 def test_solver_units_place_and_order_do_not_matter_to_rounding(loops: InvarianceBench, path: Path) -> None:
     found = list(all_invariance_checks(loops, path))
-    assert len(found) == 6
+    assert len(found) == 8
     assert all(one.outcome is InvarianceOutcome.HOLDS and one.difference < 1e-9 for one in found)
 
 
@@ -114,6 +115,45 @@ def test_turned_world_of_many_geoms_turns_its_contact_boxes(tmp_path: Path, monk
     assert [one.outcome for one in similarities(bench)] == [InvarianceOutcome.HOLDS, InvarianceOutcome.BROKEN]
 
 
+def test_other_solvers_agree_with_newton_within_their_residuals(loops: InvarianceBench, tmp_path: Path) -> None:
+    for bench in (loops, bench_of(tmp_path / "sliding.xml", BOX)):
+        found = list(solvers.other_solvers(bench))
+        assert [one.change for one in found] == ["CG for Newton's method", "PGS for Newton's method"]
+        assert all(one.outcome is InvarianceOutcome.HOLDS and one.bound == "residual" for one in found)
+
+
+def test_solver_that_minimises_something_else_is_found(loops: InvarianceBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    def planted(model: mujoco.MjModel) -> mujoco.MjModel:
+        made = with_converged_solver(model)
+        made.body_mass[:] *= 1.0 + 1e-8
+        return made
+
+    monkeypatch.setattr(solvers, "with_converged_solver", planted)
+    assert [one.outcome for one in solvers.other_solvers(loops)] == [InvarianceOutcome.BROKEN] * 2
+    assert all(one.over_bound > 10.0 for one in solvers.other_solvers(loops))
+
+
+def test_solver_that_stops_early_says_so_by_its_residual(
+    loops: InvarianceBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(solvers, "MAX_ITERATIONS", 3)
+    assert all("has not converged in 3 iterations" in one.reason for one in solvers.other_solvers(loops))
+    # How far it is off is bounded by the residual, not by more than it is by a factor of a thousand.
+    early = with_converged_solver(loops.model)
+    early.opt.solver, early.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, 3
+    for state, reference in zip(loops.states, loops.reference, strict=True):
+        data = forward(early, state)
+        off = reference.difference(data.qacc)
+        assert off <= solvers.solver_residual(early, data) <= 1e3 * off
+
+
+def test_other_solvers_are_unsupported_with_noslip_iterations(loops: InvarianceBench) -> None:
+    slipless = copy.copy(loops.model)
+    slipless.opt.noslip_iterations = 3
+    bench = InvarianceBench(slipless, loops.times, loops.states, loops.reference)
+    assert all("noslip" in one.reason for one in solvers.other_solvers(bench))
+
+
 def test_an_actuator_whose_force_is_not_linear_is_not_known(loops: InvarianceBench) -> None:
     muscle = copy.copy(loops.model)
     muscle.actuator_gaintype[0] = int(mujoco.mjtGain.mjGAIN_MUSCLE)
@@ -136,7 +176,7 @@ def test_command_judges_any_model_and_refuses_unfit_options(tmp_path: Path) -> N
     bench_of(model)
     done = conrod("invariances", str(model), "--seconds", "0.02", "--out", str(report))
     assert done.returncode == 0
-    assert "None of 9 invariances is broken" in done.stdout
+    assert "None of 11 invariances is broken" in done.stdout
     assert conrod("report", str(report), "--out", str(again)).returncode == 0
     page = "m-invariances.md"
     assert (again / page).read_bytes() == (report / page).read_bytes()

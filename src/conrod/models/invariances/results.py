@@ -21,7 +21,7 @@ class Invariance:
 
     Attributes:
         change: name of the change of the model.
-        bound: how equal the accelerations must be: to bits, or to rounding.
+        bound: how equal the accelerations must be: to bits, to rounding, or to the residual of a solver.
         difference: of the accelerations, in the norm of the kinetic energy, over their largest; None where states were
             compared bit by bit, or nothing was.
         over_bound: the difference over its bound, where that is largest.

@@ -24,6 +24,7 @@ from conrod.mjcf.request import Controls
 from conrod.mjcf.runs import MAX_SAMPLES, run, state_of, user_model_errors
 from conrod.models.invariances import changes
 from conrod.models.invariances.results import Invariance, InvarianceOutcome
+from conrod.models.invariances.solvers import other_solvers
 from conrod.scenes import Scene
 
 DEFAULT_STEPS = 1000  # of the run, unless it is said how long it is
@@ -64,10 +65,16 @@ def study_invariances(
             Invariance(change, "bits", InvarianceOutcome.BITS if len(digests) == 1 else InvarianceOutcome.BROKEN)
             for change, digests in same.items()
         ]
-        found += changes.all_invariance_checks(bench, path)
+        found += all_invariance_checks(bench, path)
     broke = "; the run breaks off, and states before that are compared" if bench.broke else ""
     run = f"{steps} steps of {model.opt.timestep:g} s; accelerations at {len(bench.times)} states of them"
     return f"{run}, from {words}{broke}", tuple(found)
+
+
+def all_invariance_checks(bench: changes.InvarianceBench, path: Path) -> Iterator[Invariance]:
+    """Yield the result of every change of a model file."""
+    yield from (*changes.solver_settings(bench), changes.warm_start(bench), *other_solvers(bench))
+    yield from (*changes.similarities(bench), changes.reversed_declaration(bench, path))
 
 
 def _start(
