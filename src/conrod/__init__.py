@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from conrod.exact.linkage import instant_quantities as instant_quantities
     from conrod.execution.baseline import BaselineComparison as BaselineComparison
     from conrod.execution.baseline import Drift as Drift
+    from conrod.execution.resolve_arguments import family as family
     from conrod.execution.resolve_arguments import scene as scene
     from conrod.execution.runner import Runs as Runs
     from conrod.mechanism.mechanism import Mechanism as Mechanism
@@ -74,7 +75,7 @@ _PUBLIC = {
     "conrod.exact.kinematics": ("Kinematics",),
     "conrod.exact.linkage": ("instant_quantities",),
     "conrod.execution.baseline": ("BaselineComparison", "Drift"),
-    "conrod.execution.resolve_arguments": ("scene",),
+    "conrod.execution.resolve_arguments": ("family", "scene"),
     "conrod.execution.runner": ("Runs",),
     "conrod.mechanism.mechanism": ("Mechanism",),
     "conrod.report.findings": ("Findings",),

@@ -94,6 +94,7 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--ctrl": {"multiple": True, "metavar": "NAME=VALUE", "help": "Control of an actuator [the keyframe's]."},
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
 }
+FAMILY_HELP = "Override a parameter, e.g. crank=80mm; crank=80mm,90mm is a family."
 assignments = click.option("--set", "assignments", **SHARED["--set"])
 ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])

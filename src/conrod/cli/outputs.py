@@ -141,9 +141,12 @@ def reproduction(
 ) -> Reproduction:
     """The command that makes a report again; of an option that is a tuple each value was given, without its name
     where that is empty."""
-    from conrod.execution.resolve_arguments import arguments_of_files
+    from conrod.execution.resolve_arguments import arguments_of_files, arguments_of_members
 
-    words = ["conrod", command, SCENE]
+    words, assigned = ["conrod", command, SCENE], options.get("--set", ())
+    members = {} if isinstance(subjects, Mapping) else arguments_of_members(subjects, assigned)
+    if members:  # each has its own values in its words
+        options = {name: found for name, found in options.items() if name != "--set"}
     for name, found in options.items():
         for one in found if isinstance(found, tuple) else () if found is None else (found,):
             # A whole number without the point that a float has.
@@ -151,4 +154,7 @@ def reproduction(
             words += [name] if name else []
             words += [] if one is True else [shlex.quote(value)]  # a flag has none
     text = " ".join([*words, target[0], shlex.quote(str(target[1]))])
-    return Reproduction(text, subjects if isinstance(subjects, Mapping) else arguments_of_files(subjects))
+    if isinstance(subjects, Mapping):
+        return Reproduction(text, subjects)
+    family = (*subjects, *(word for one in assigned for word in ("--set", one))) if members else ()
+    return Reproduction(text, members or arguments_of_files(subjects), family)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.execution.families import MAX_MEMBERS, Value, member_arguments, members_of, split_values
 from conrod.execution.result import Plan
-from conrod.mechanism.units import check_count, check_number, parse_quantity, unit_in_prose
+from conrod.mechanism.units import check_count, check_number, unit_in_prose
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 
@@ -97,7 +98,7 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
     """Find scenes by name or file, with parameter values assigned; closed-form scenes if none is named.
 
     The word `catalogue` stands for all machines of the catalogue. An assignment `name=value` applies to every selected
-    scene that has the parameter.
+    scene that has the parameter; `name=value,value` makes a family of it, with a member for each value.
 
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.
@@ -109,19 +110,45 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
 
 
 def _assign_parameters(scenes: Mapping[str, Scene], assignments: Sequence[str]) -> dict[str, Scene]:
+    if not assignments:
+        return dict(scenes)
+    values, found = assigned_values(scenes, assignments), dict[str, Scene]()
+    for name, scene in scenes.items():
+        found |= members_of(name, scene, values)
+    if len(found) > MAX_MEMBERS:
+        raise InvalidInput(f"{len(found)} machines are too many: there may be {MAX_MEMBERS}")
+    return found
+
+
+def assigned_values(scenes: Mapping[str, Scene], assignments: Sequence[str]) -> dict[str, Value]:
+    """Texts of the values that assignments give, by parameter; raises InvalidInput as `select_scenes`."""
     known = {name for scene in scenes.values() for name in scene.parameter_facts()}
-    values = named_values(assignments, "--set", kind="parameter", known=known)
-    return {name: _with_parameters(scene, values) for name, scene in scenes.items()}
+    texts = named_values(assignments, "--set", kind="parameter", known=known)
+    return {name: split_values(name, text) for name, text in texts.items()}
 
 
 def select_scene(name: str | Scene, assignments: Sequence[str]) -> tuple[str, Scene]:
     """Find one scene as `select_scenes` does; return its name (the kind for a scene object) and the scene."""
-    if isinstance(name, Scene):
-        return name.kind, _assign_parameters({name.kind: name}, assignments)[name.kind]
     if name == CATALOGUE:
         raise InvalidInput(f"{name!r} stands for many machines: name one of them; `conrod show` lists them")
-    ((known_as, scene),) = select_scenes([name], assignments).items()
+    found = (
+        _assign_parameters({name.kind: name}, assignments)
+        if isinstance(name, Scene)
+        else select_scenes([name], assignments)
+    )
+    if len(found) != 1:
+        refuse_lists(assignments)
+    ((known_as, scene),) = found.items()
     return known_as, scene
+
+
+def refuse_lists(assignments: Sequence[str]) -> None:
+    """Refuse assignments of several values where one machine is taken; raises InvalidInput."""
+    if listed := next((text for text in assignments if "," in text), None):
+        raise InvalidInput(
+            f"--set {listed}: one machine is taken here, not a family: give one value; `conrod validate` and "
+            "`conrod sweep` take a list"
+        )
 
 
 def scene(name: str | Path, **parameters: float | str) -> Scene:
@@ -134,6 +161,38 @@ def scene(name: str | Path, **parameters: float | str) -> Scene:
         InvalidInput: there is no such scene, file or parameter, or a value is out of range.
     """
     return select_scene(str(name), [f"{one}={value}" for one, value in parameters.items()])[1]
+
+
+def family(scene: OneScene, **parameters: float | str | Sequence[float | str]) -> dict[str, Scene]:
+    """Return the machines of a family by name: a scene with each combination of its parameters' values.
+
+    Args:
+        scene: a shipped scene by name, a mechanism file, or a scene; of a pair the first is what it is called.
+        parameters: one value for all machines, or several: numbers in SI, or text with a unit.
+
+    `family("saw-40rpm", crank=["80 mm", "90 mm"])` has `saw-40rpm-crank=80mm` and `saw-40rpm-crank=90mm`. It is what
+    `conrod.validate` and other studies take as scenes; families are put together with `|`.
+
+    Raises:
+        InvalidInput: there is no such scene, file or parameter, a value is out of range or given twice, there are too
+            many machines, or one of them cannot be assembled.
+    """
+    name, machine = scene_by_name(scene)
+    for one in parameters:
+        if one not in machine.parameter_facts():
+            raise unknown_choice("parameter", one, machine.parameter_facts())
+    values: dict[str, Value] = {
+        one: split_values(one, value) if isinstance(value, str) else _texts_of(value)
+        for one, value in parameters.items()
+    }
+    if empty := next((one for one, value in values.items() if not value), None):
+        raise InvalidInput(f"{empty}: give at least one value")
+    return members_of(name, machine, values)
+
+
+def _texts_of(value: float | Iterable[float | str]) -> Value:
+    """Text of a parameter's only value, or texts of several."""
+    return tuple(map(str, value)) if isinstance(value, Iterable) else str(value)
 
 
 def scene_label(scene: str | Scene) -> str:
@@ -149,6 +208,15 @@ def arguments_of_files(names: Sequence[str]) -> dict[str, str]:
     from conrod.mechanism.files import read_tables
 
     return {read_tables(Path(given))["name"]: given for given in names if is_mechanism_file(given)}
+
+
+def arguments_of_members(names: Sequence[str], assignments: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Words that give each machine by itself, by the names that `select_scenes` gives; empty if there is no family."""
+    scenes = _find_scenes(names or list(SCENES))
+    values = assigned_values(scenes, assignments)
+    if all(isinstance(one, str) for one in values.values()):
+        return {}
+    return member_arguments(arguments_of_files(names), scenes, values)
 
 
 def is_mechanism_file(given: str) -> bool:
@@ -187,12 +255,6 @@ def _read_scene_file(name: str) -> Scene:
     from conrod.scenes.described_scene import read_scene  # what reads units takes its time to load
 
     return read_scene(Path(name))
-
-
-def _with_parameters(scene: Scene, values: Mapping[str, str]) -> Scene:
-    facts = scene.parameter_facts()
-    chosen = {name: parse_quantity(name, text, facts[name].unit) for name, text in values.items() if name in facts}
-    return scene.with_parameters(**chosen) if chosen else scene
 
 
 def select_engines(names: Sequence[str], left_out: Callable[[str], None] = lambda reason: None) -> list[Engine[Any]]:

@@ -44,22 +44,31 @@ class Reproduction:
 
     Attributes:
         text: the command, quoted for a shell; the first {scene} in it stands for the scenes.
-        typed: arguments by scene name, such as a mechanism file's path, where they are not the name itself.
+        typed: arguments by scene name, such as a mechanism file's path, where they are not the name itself; several
+            words of a member of a family.
+        family: words for all scenes together, where some are members of a family.
     """
 
     text: str
-    typed: Mapping[str, str] = field(default_factory=dict)
+    typed: Mapping[str, str | Sequence[str]] = field(default_factory=dict)
+    family: Sequence[str] = ()
 
     def command_for(self, *names: str) -> str:
         """Return the command for some scenes."""
-        return self.text.replace(SCENE, " ".join(shlex.quote(self.typed.get(name, name)) for name in names), 1)
+        given = (self.typed.get(name, name) for name in names)
+        return self._with_words(word for one in given for word in ([one] if isinstance(one, str) else one))
 
     def command_for_all(self, names: Collection[str]) -> str:
         """Return the shortest command for all scenes of a report."""
+        if self.family:
+            return self._with_words(self.family)
         if set(names) == set(SCENES):
             return self.text.replace(f"{SCENE} ", "", 1)
         is_catalogue = not self.typed and set(names) == set(catalogue_names())
         return self.command_for(*((CATALOGUE,) if is_catalogue else names))
+
+    def _with_words(self, words: Iterable[str]) -> str:
+        return self.text.replace(SCENE, " ".join(map(shlex.quote, words)), 1)
 
 
 @dataclass(frozen=True)

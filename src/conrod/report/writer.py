@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import version
@@ -200,11 +201,13 @@ def _render_parts(
     return Batch(target.path, {**files, **first, kind.results: json_text(document)}, tuple(stale), meanwhile)
 
 
-def part_order(name: str) -> tuple[int, str]:
-    """Return a sort key for parts: shipped scenes first, in their order, then others by name."""
+def part_order(name: str) -> tuple[int, list[tuple[str, float]]]:
+    """Return a sort key for parts: shipped scenes first, in their order, then others by name, and by numbers in it."""
     from conrod.scenes import SCENES
 
-    return (list(SCENES).index(name) if name in SCENES else len(SCENES), name)
+    words = re.findall(r"([^\d]*)(\d+(?:\.\d+)?)?", name)
+    by_numbers = [(text, float(number or 0.0)) for text, number in words]
+    return (list(SCENES).index(name) if name in SCENES else len(SCENES), by_numbers)
 
 
 def part_files(

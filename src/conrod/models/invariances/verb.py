@@ -33,7 +33,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.errors import InvalidInput
     from conrod.execution.local import FILE_TIMEOUT
-    from conrod.execution.resolve_arguments import arguments_of_files, select_scenes
+    from conrod.execution.resolve_arguments import arguments_of_files, refuse_lists, select_scenes
     from conrod.models.invariances.api import invariances
     from conrod.models.invariances.report import INVARIANCES_REPORT
     from conrod.user_files.endings import MODELS
@@ -44,6 +44,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     for name in models:
         check_readable(Path(name))
         inputs |= protected_model_files(Path(name))
+    refuse_lists(asked.assignments)
     scenes = select_scenes(named, asked.assignments) if named or not models else {}
     parts = [*(Path(name).stem for name in models), *scenes]
     if hidden := next((name for k, name in enumerate([*models, *scenes]) if parts[k] in parts[:k]), None):

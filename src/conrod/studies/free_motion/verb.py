@@ -19,7 +19,7 @@ class FreeOptions(ReportOptions, RunOptions):
     step: str | None = option("--step", metavar="TIME", help="Time step of the engines [5 ms or less].")
     engine: tuple[str, ...] = option("--engine")
     preset: str | None = option("--preset")
-    assignments: tuple[str, ...] = option("--set")
+    assignments: tuple[str, ...] = option("--set", help=options.FAMILY_HELP)
     tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Largest errors allowed, e.g. position=1e-4.")
 
 

@@ -22,6 +22,7 @@ PYTHON_FILE = ".py"
 class SweepOptions(StudyOptions):
     """Request to `conrod sweep`, as typed."""
 
+    assignments: tuple[str, ...] = option("--set", help=options.FAMILY_HELP)
     grid: str = option(
         "--grid", default="default", show_default=True, metavar="GRID", help="coarse, default or presets."
     )

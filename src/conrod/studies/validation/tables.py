@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
 from conrod.exact.motion import QUANTITIES
+from conrod.execution.families import VALUE_SIGN
 from conrod.report import numbers
 from conrod.report.results import distrusted_scenes, engine_and_preset, results_table
-from conrod.report.table import Cell, ColouredCell, Table, table
+from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 
@@ -39,6 +41,36 @@ def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
         "order x, v, a": orders,
     }
     return results_table(studies, columns, TITLE)
+
+
+def family_table(members: Sequence[SceneStudy]) -> Table:
+    """Return a row for each member of a family: its largest position errors by engine and preset, and its verdict."""
+    runs = list(dict.fromkeys(engine_and_preset(r) for study in members for r in study.results))
+    rows = []
+    for study in members:
+        cells = {engine_and_preset(r): _family_cell(r) for r in study.results}
+        rows.append((study.name, *(cells.get(run, "") for run in runs), _family_verdict(study)))
+    columns = [" ".join(run) for run in runs]
+    return table(("member", *columns, VERDICT), rows, columns, "largest position error over the run, over L", names=1)
+
+
+def _family_cell(run: ValidationResult) -> Cell:
+    text = numbers.measured_text(run.largest("position")) if run.completed else run.outcome
+    return ColouredCell(text, "bad") if run.passed is False else text
+
+
+def _family_verdict(study: SceneStudy) -> Cell:
+    judged = [r for r in study.results if r.passed is not None]
+    if failed := [" ".join(engine_and_preset(r)) for r in judged if not r.passed]:
+        return ColouredCell(f"OUT OF TOLERANCE: {', '.join(failed)}", "bad")
+    return ColouredCell("within tolerance", "good") if judged else "not judged"
+
+
+def _failed_or_alone(study: SceneStudy) -> SceneStudy:
+    """Return the study, of a member of a family with the results alone that did not pass."""
+    if VALUE_SIGN not in study.name:
+        return study
+    return replace(study, results=tuple(r for r in study.results if r.passed is False))
 
 
 def position_in_mm(run: ValidationResult, lengths: Mapping[str, float]) -> str:
@@ -173,8 +205,11 @@ def settings_tables(study: SceneStudy) -> list[Table]:
 
 def results_to_print(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
     """Yield errors, orders and verdicts of all results, and why some are not judged."""
+    members = [study for study in studies if VALUE_SIGN in study.name]
     yield from distrusted_scenes(studies)
-    yield verdicts_table(studies)
+    yield family_table(members)
+    # A family has its errors in one table; what is out of tolerance in it is shown whole.
+    yield verdicts_table([study for study in map(_failed_or_alone, studies) if study.results])
     yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
     reasons = dict.fromkeys(
         (result.scene, result.tolerance.reason)

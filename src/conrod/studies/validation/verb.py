@@ -19,7 +19,7 @@ class ValidateOptions(VerificationOptions, RunOptions):
     preset: str | None = option("--preset")
     steps_per_rev: int | None = option("--steps-per-rev", type=int, metavar="N", help="Steps a turn [1000; cam 62832].")
     revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
-    assignments: tuple[str, ...] = option("--set")
+    assignments: tuple[str, ...] = option("--set", help=options.FAMILY_HELP)
     qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
 
 

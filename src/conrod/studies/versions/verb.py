@@ -14,7 +14,7 @@ from conrod.cli.options import ReportOptions, RunOptions, names_in, option
 class VersionsOptions(ReportOptions, RunOptions):
     """Request to `conrod versions`, as typed."""
 
-    assignments: tuple[str, ...] = option("--set")
+    assignments: tuple[str, ...] = option("--set", help=options.FAMILY_HELP)
     versions: str | None = option(
         "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
     )
