@@ -23,7 +23,7 @@ from conrod.engines.engine import run_extent
 from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
 from conrod.exact.motion import Array
-from conrod.execution.paired_timing import PairedTiming, time_settings_pair, time_stepper_pair
+from conrod.execution.paired_timing import PairedTiming, time_block_pair, time_settings_pair, time_stepper_pair
 from conrod.execution.timing import (
     MAX_REPEAT_REVOLUTIONS,
     REFERENCE_STEPS,
@@ -253,6 +253,20 @@ def test_step_is_timed_against_a_step_by_four_stepper_pairs() -> None:
     assert blocks == [2, 2, 2, 2, 1, 1, 1, 1]
     assert (found.seconds, found.other_seconds, found.rounds) == pytest.approx((2e-6, 1e-6, 6), rel=1e-12)
     assert found.ratio == pytest.approx(2.0, rel=1e-9)
+
+
+def test_block_pairs_widen_the_interval_by_each_pair() -> None:
+    # Units of 1 ms against 1 ms, but the second of four pairs lies so that its first is 10 % dearer.
+    made, costs = list[int](), [1.0, 1.1, 1.0, 1.0]
+
+    def make() -> list[Callable[[int], int]]:
+        made.append(len(made))
+        dearer = costs[made[-1]]
+        return [lambda units: round(1e6 * dearer * units), lambda units: 10**6 * units]
+
+    found = time_block_pair(make, rounds=24)
+    assert len(made) == 4
+    assert (found.ratio, found.low, found.high) == (1.0, 1.0, pytest.approx(1.1))
 
 
 def test_paired_timing_is_a_median_with_an_interval_of_ranks() -> None:

@@ -22,12 +22,14 @@ from conrod.engines.releases import version_numbers
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
 from conrod.execution import releases
+from conrod.execution.paired_timing import PairedTiming
+from conrod.execution.release_costs import ReleaseTimer, advance_stepper, prepare_stepper
 from conrod.execution.releases import ReleaseResult, VersionCase, interpreter_path, release_interpreter
 from conrod.execution.run import RunResult
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings
 from conrod.scenes import SCENES, scene_named
-from conrod.studies.versions.report import VERSIONS_REPORT
+from conrod.studies.versions.report import VERSIONS_REPORT, results_to_print
 from conrod.studies.versions.study import (
     LINKAGE_STEPS,
     RunHistory,
@@ -100,6 +102,72 @@ def test_study_names_release_of_a_change_and_skips_missing_ones() -> None:
     assert not any(change.explained for _, change in study.changes_at("4.1.0"))
     with pytest.raises(InvalidInput, match=r"mujoco 4\.1\.0: no network"):
         planted({"4.1.0": "no network"})
+
+
+def costs(ratios: dict[str, float], noise: float = 0.02) -> VersionStudy:
+    """The study of planted costs, by release, with intervals of a planted half-width."""
+
+    def time(case: VersionCase, other: VersionCase) -> PairedTiming:
+        if case.version == "3.6.0":
+            raise InvalidInput("mujoco 3.6.0: no result after 60 s")
+        ratio = ratios[case.version] / ratios[other.version]
+        return PairedTiming(ratio, ratio - noise, ratio + noise, 1.0, 1.0, 24)
+
+    cases = release_cases({"saw": SAW}, MUJOCO)
+    return versions_study(MUJOCO, list(ratios), cases, lambda _, asked: {case.key: SAME for case in asked}, time)
+
+
+def test_cost_of_a_release_is_judged_beyond_the_spread_alone() -> None:
+    here = MUJOCO.version
+    study = costs({"3.5.0": 0.8, "3.6.0": 1.0, "3.7.0": 1.03, here: 1.0, "4.9.0": 1.3})
+    found = {one.version: one for one in study.costs if one.settings == "tuned"}
+    assert study.reference == here
+    assert {version: (one.slower, one.faster) for version, one in found.items()} == {
+        "3.5.0": (False, True), "3.6.0": (False, False), "3.7.0": (False, False), "4.9.0": (True, False),
+    }  # fmt: skip
+    # 3 % is more than the interval of its own, and not more than the installed release shows against itself.
+    assert found["3.7.0"].timing.low > 1.0
+    assert "no result after 60 s" in found["3.6.0"].reason
+    page = "".join(str(part) for part in results_to_print([study]))
+    assert all(words in page for words in ("slower", "within the spread", "not timed: mujoco 3.6.0"))
+    # Negative control: in a wide spread the same ratios say nothing.
+    assert not any(one.slower or one.faster for one in costs({"3.5.0": 0.8, here: 1.0, "4.9.0": 1.3}, 0.4).costs)
+
+
+def test_costs_are_relative_to_first_if_not_installed() -> None:
+    assert costs({"3.5.0": 1.0, "3.7.0": 1.0}).reference == "3.5.0"
+    assert planted({"3.5.0": SAME, "3.7.0": SAME}).costs == ()
+
+
+def test_only_runs_that_complete_in_both_releases_are_timed() -> None:
+    opened = measured(outcome="opened")
+
+    def perform(requirement: str, asked: Sequence[VersionCase]) -> Any:
+        return {case.key: opened if requirement.endswith("3.5.0") else SAME for case in asked}
+
+    cases = release_cases({"saw": SAW}, MUJOCO)
+    study = versions_study(MUJOCO, ["3.5.0", "3.7.0"], cases, perform, lambda *_: pytest.fail("timed"))
+    assert study.costs == ()
+
+
+def test_release_timer_steps_each_release_in_its_own_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+    monkeypatch.setattr("conrod.execution.paired_timing.STEPPER_PAIRS", 1)
+    monkeypatch.setattr("conrod.execution.release_costs.release_interpreter", lambda *_: sys.executable)
+    case = replace(release_cases({"saw": SAW}, MUJOCO)["saw", "tuned"], version=MUJOCO.version)
+    with ReleaseTimer(MUJOCO.releases.requirement) as timer:
+        found = timer.time(case, case)
+        assert (found.rounds, found.low <= found.ratio <= found.high) == (24, True)
+        with pytest.raises(InvalidInput, match=f"mujoco {MUJOCO.version}: AttributeError"):
+            timer.time(replace(case, scene=None), case)
+
+
+def test_timed_blocks_are_steps_or_whole_passes() -> None:
+    for name in ("saw-40rpm", "swinging-four-bar"):
+        scene = scene_named(name)
+        case = replace(release_cases({name: scene}, MUJOCO)[name, "stock"], version=MUJOCO.version)
+        assert prepare_stepper(case) == 0
+        assert advance_stepper(case, 2) >= 0
 
 
 def test_a_case_is_of_its_release_and_keeps_every_bit() -> None:

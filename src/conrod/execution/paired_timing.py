@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -99,13 +99,37 @@ def time_stepper_pair(
         rounds: number of times that both are timed, at least 1.
         clock: CPU time of the calling thread [ns].
     """
-    spent: list[Array] = []
-    pairs = min(STEPPER_PAIRS, rounds)
+    each = make_one, make_other
+    spent = _time_new_pairs(lambda: [partial(cpu_time, make(), 1, clock) for make in each], rounds)
+    return PairedTiming.from_rounds(np.concatenate(spent))
+
+
+def time_block_pair(make: Callable[[], Sequence[Block]], *, rounds: int = STEPPER_ROUNDS) -> PairedTiming:
+    """Time a unit of one block against a unit of another, in several pairs that are made anew.
+
+    The interval covers the medians of the pairs too: what differs from pair to pair, such as the place in the memory,
+    is no difference of the two.
+
+    Args:
+        make: makes the two functions that advance by a number of units and return the CPU time [ns].
+        rounds: number of times that both are timed, at least 1.
+    """
+    spent = _time_new_pairs(make, rounds)
+    whole, each = (
+        PairedTiming.from_rounds(np.concatenate(spent)),
+        [PairedTiming.from_rounds(one).ratio for one in spent],
+    )
+    return replace(whole, low=min(whole.low, *each), high=max(whole.high, *each))
+
+
+def _time_new_pairs(make: Callable[[], Sequence[Block]], rounds: int) -> list[Array]:
+    """CPU times of a unit, (n, 2) [ns] of the n rounds that each new pair of blocks has."""
+    spent, pairs = list[Array](), min(STEPPER_PAIRS, rounds)
     for pair in range(pairs):
-        blocks = [partial(_cpu_time, make(), 1, clock) for make in (make_one, make_other)]
+        blocks = make()
         steps = _warm_up(blocks, BLOCK_TIME, most=MAX_BLOCK_STEPS)
         spent.append(_time_alternately(blocks, steps, len(range(pair, rounds, pairs))) / steps)
-    return PairedTiming.from_rounds(np.concatenate(spent))
+    return spent
 
 
 def time_settings_pair(
@@ -128,29 +152,29 @@ def time_settings_pair(
     if machine.kinematics.mechanism.driver.span is None:
         # The shortest stretch of a turn that is whole steps of both.
         parts = math.gcd(*(one.steps_per_revolution for one in each))
-        blocks = [partial(_cpu_time, make(machine, one), one.steps_per_revolution // parts, clock) for one in each]
+        blocks = [partial(cpu_time, make(machine, one), one.steps_per_revolution // parts, clock) for one in each]
         units, lengths = _warm_up(blocks, WARM_UP_TIME, MIN_BLOCK_TIME), [1.0 / parts] * 2
     else:
         # Passes in steps of different length end by up to a step apart: that is in the length of each.
         lengths = [run_extent(machine, one.steps_per_revolution, 1.0)[1] for one in each]
-        blocks = [partial(_time_passes, make, machine, one, clock) for one in each]
+        blocks = [partial(time_passes, make, machine, one, clock) for one in each]
         # To make a machine takes longer than its pass: the processor is awake after one.
         times = [1e-9 * max(1, min(block(1) for _ in range(TRIAL_PASSES))) for block in blocks]
         units = math.ceil(min(MIN_BLOCK_TIME / min(times), max(1.0, MAX_BLOCK_TIME / max(times))))
     return PairedTiming.from_rounds(_time_alternately(blocks, units, rounds) / (units * np.array(lengths)))
 
 
-def _time_passes(
+def time_passes(
     make: Callable[[Machine, Settings], Stepper], machine: Machine, settings: Settings, clock: Clock, count: int
 ) -> int:
     """CPU time [ns] of `count` passes, each with a stepper of its own."""
     steps = round(settings.steps_per_revolution * run_extent(machine, settings.steps_per_revolution, 1.0)[1])
     # Made before the clock is looked at, and in one place of the memory or another: nothing favours either.
     made = [make(machine, settings) for _ in range(count)]
-    return sum(_cpu_time(stepper, steps, clock, 1) for stepper in made)
+    return sum(cpu_time(stepper, steps, clock, 1) for stepper in made)
 
 
-def _cpu_time(stepper: Stepper, unit: int, clock: Clock, count: int) -> int:
+def cpu_time(stepper: Stepper, unit: int, clock: Clock, count: int) -> int:
     """CPU time [ns] of `count` units of `unit` steps each."""
     begin = clock()
     stepper(count * unit)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KnownReleases, require_capability
 from conrod.errors import InvalidInput, as_names
+from conrod.execution.release_costs import ReleaseTimer
 from conrod.execution.resolve_arguments import Scenes, scenes_by_name
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings, text_of_call
@@ -17,7 +18,12 @@ DEFAULT_SCENES = ("saw-500rpm", "shear-press", "six-bar", "planetary-gear", "cam
 
 
 def versions(
-    engine: str, scenes: Scenes = (), *, releases: str | Sequence[str] | None = None, runs: Runs | None = None
+    engine: str,
+    scenes: Scenes = (),
+    *,
+    releases: str | Sequence[str] | None = None,
+    costs: bool = False,
+    runs: Runs | None = None,
 ) -> Findings[VersionStudy]:
     """Run the same cases in several releases of an engine, each installed once in a separate environment.
 
@@ -25,6 +31,7 @@ def versions(
         engine: name of the engine.
         scenes: as in `validate`; five of different kinds where none is given.
         releases: such as ("3.6.0", "3.7.0"); all that conrod knows where none is given.
+        costs: time the runs too, each release in turns with the installed one, or with the first.
         runs: how runs are made, and where their results are kept.
 
     Raises:
@@ -33,10 +40,14 @@ def versions(
     runs, made = runs or Runs(), engine_named(engine)
     if runs.cluster is not None:
         raise InvalidInput("--cluster does not go with versions: releases are installed on this machine")
-    chosen = require_capability(made, KnownReleases).releases.select_versions(
-        None if releases is None else ",".join(as_names(releases))
-    )
+    known = require_capability(made, KnownReleases).releases
+    chosen = known.select_versions(None if releases is None else ",".join(as_names(releases)))
     cases = release_cases(scenes_by_name(scenes or DEFAULT_SCENES), made)
     with Runner.open(runs) as runner:
-        study = versions_study(made, chosen, cases, runner.run_in_release)
-    return Findings(VERSIONS_REPORT, {engine: study}, text_of_call("versions", engine, releases=releases))
+        if not costs:
+            study = versions_study(made, chosen, cases, runner.run_in_release)
+        else:
+            with ReleaseTimer(known.requirement) as timer:
+                study = versions_study(made, chosen, cases, runner.run_in_release, timer.time)
+    call = text_of_call("versions", engine, releases=releases, costs=costs or None)
+    return Findings(VERSIONS_REPORT, {engine: study}, call)

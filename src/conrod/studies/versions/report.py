@@ -15,9 +15,9 @@ from conrod.report.charts.canvas import add_legend_above
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
 from conrod.report.results import distrust_lines, distrust_words
-from conrod.report.table import Cell, ColouredCell, Table, table
+from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
-from conrod.studies.versions.study import ReleaseChange, VersionStudy
+from conrod.studies.versions.study import ReleaseChange, ReleaseCost, VersionStudy
 
 # -- words -------------------------------------------------------------------------------------------------------------
 
@@ -65,6 +65,39 @@ def changes_table(study: VersionStudy) -> Table:
     title = f"{engine_style(study.engine).title}: what changed from the release before, over L, ω L, ω² L"
     headings = ("release", "scene", "settings", "motion changed by", "position error before", "after", "its changelog")
     return table(headings, rows, title=title, names=3)
+
+
+def costs_table(study: VersionStudy) -> Table:
+    """Return a row for each timed run: its CPU time over that in the reference release, with the interval."""
+    rows: list[tuple[Cell, ...]] = []
+    for one in study.costs:
+        run = (one.version, one.scene, one.settings)
+        if one.timing is None or one.noise is None:
+            rows.append((*run, "n/a", "", f"not timed: {one.reason}"))
+            continue
+        noise = f"{one.noise.low:.2f} to {one.noise.high:.2f}"
+        rows.append(
+            (*run, f"{one.timing.ratio:.2f} ({one.timing.low:.2f} to {one.timing.high:.2f})", noise, _cost_cell(one))
+        )
+    title = f"{engine_style(study.engine).title}: CPU time of a step over that with {study.reference}"
+    return table(
+        ("release", "scene", "settings", "ratio", f"{study.reference} twice", VERDICT), rows, title=title, names=3
+    )
+
+
+def _cost_cell(cost: ReleaseCost) -> Cell:
+    if cost.slower or cost.faster:
+        return ColouredCell("slower" if cost.slower else "faster", "odd" if cost.slower else "good")
+    return "within the spread"
+
+
+def costs_words(study: VersionStudy) -> str:
+    """Say how many runs are slower and faster than with the reference release; empty where none was timed."""
+    timed = [one for one in study.costs if one.timing is not None]
+    if not timed:
+        return ""
+    counts = f"{sum(one.slower for one in timed)} slower, {sum(one.faster for one in timed)} faster"
+    return f"Of {len(timed)} timed runs {counts} than with {study.reference}; all others are within the spread."
 
 
 # -- figure ------------------------------------------------------------------------------------------------------------
@@ -129,6 +162,9 @@ def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
     for study in studies:
         yield changes_table(study)
         yield headline(study)
+        if study.costs:
+            yield costs_table(study)
+            yield costs_words(study)
         yield from unsupported_lines(study)
 
 

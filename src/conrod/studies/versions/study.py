@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -17,6 +17,7 @@ from conrod.engines.engine import run_extent
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.case import Results
+from conrod.execution.paired_timing import PairedTiming
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.execution.releases import ReleaseResult, VersionCase
 from conrod.scenes import Scene
@@ -71,6 +72,34 @@ class RunHistory:
 
 
 @dataclass(frozen=True)
+class ReleaseCost:
+    """CPU time of a run in a release, relative to that in the reference release.
+
+    Attributes:
+        timing: the release against the reference; None if it cannot be timed.
+        noise: the reference against itself, in two processes; None as above.
+        reason: why it cannot be timed.
+    """
+
+    version: str
+    scene: str
+    settings: str
+    timing: PairedTiming | None
+    noise: PairedTiming | None
+    reason: str = ""
+
+    @property
+    def slower(self) -> bool:
+        """True if the whole interval is above 1, and above what the reference against itself may show."""
+        return self.timing is not None and self.noise is not None and self.timing.low > max(1.0, self.noise.high)
+
+    @property
+    def faster(self) -> bool:
+        """True if the whole interval is below 1, and below what the reference against itself may show."""
+        return self.timing is not None and self.noise is not None and self.timing.high < min(1.0, self.noise.low)
+
+
+@dataclass(frozen=True)
 class VersionStudy:
     """Findings on the releases of an engine.
 
@@ -80,6 +109,8 @@ class VersionStudy:
         unsupported: reasons why versions could not be installed, by version.
         histories: history of each scene with each settings.
         distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
+        reference: release that costs are relative to; empty if none were asked for.
+        costs: costs of the runs that complete in both releases.
     """
 
     engine: str
@@ -88,6 +119,8 @@ class VersionStudy:
     unsupported: Mapping[str, str]
     histories: tuple[RunHistory, ...]
     distrust: str = ""
+    reference: str = ""
+    costs: tuple[ReleaseCost, ...] = ()
 
     def changes_at(self, version: str) -> tuple[tuple[RunHistory, ReleaseChange], ...]:
         """Return the changes that a release brought, each with its history."""
@@ -120,6 +153,7 @@ def versions_study(
     versions: Sequence[str],
     cases: Mapping[tuple[str, str], VersionCase],
     perform: Callable[[str, Sequence[VersionCase]], Results],
+    time: Callable[[VersionCase, VersionCase], PairedTiming] | None = None,
 ) -> VersionStudy:
     """Run all cases in each release of an engine, and return the changes between releases.
 
@@ -131,6 +165,7 @@ def versions_study(
         cases: cases as `release_cases` returns them.
         perform: runs cases in a release, given its requirement for pip, and returns results by key; raises
             InvalidInput if the release cannot be installed.
+        time: times a case of one release against that of another; raises InvalidInput if it cannot. None for no costs.
 
     Raises:
         InvalidInput: no release can be installed; says why the last one cannot.
@@ -156,7 +191,31 @@ def versions_study(
         )
         for (scene, settings), case in cases.items()
     )
-    return VersionStudy(engine.name, releases.source, tuple(runs), unsupported, histories, guard.distrust)
+    found = VersionStudy(engine.name, releases.source, tuple(runs), unsupported, histories, guard.distrust)
+    if time is None:
+        return found
+    reference = engine.version if engine.version in runs else next(iter(runs))
+    return replace(found, reference=reference, costs=tuple(_release_costs(cases, runs, reference, time)))
+
+
+def _release_costs(
+    cases: Mapping[tuple[str, str], VersionCase],
+    runs: Mapping[str, Results],
+    reference: str,
+    time: Callable[[VersionCase, VersionCase], PairedTiming],
+) -> Iterator[ReleaseCost]:
+    """Yield the cost of each run in each other release, where it completes there and in the reference."""
+    for (scene, settings), case in cases.items():
+        here, noise = replace(case, version=reference), None
+        for version in runs:
+            there = replace(case, version=version)
+            if version == reference or not (runs[reference][here.key].completed and runs[version][there.key].completed):
+                continue
+            try:
+                noise = noise or time(here, here)
+                yield ReleaseCost(version, scene, settings, time(there, here), noise)
+            except InvalidInput as error:
+                yield ReleaseCost(version, scene, settings, None, None, str(error))
 
 
 def _release_changes(

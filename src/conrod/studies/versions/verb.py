@@ -18,6 +18,7 @@ class VersionsOptions(ReportOptions, RunOptions):
     versions: str | None = option(
         "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
     )
+    costs: bool = option("--costs", is_flag=True, help="Time the runs too, in turns with the installed release.")
 
 
 @options.verb(VersionsOptions)
@@ -39,6 +40,6 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     chosen = select_scenes(scenes or DEFAULT_SCENES, asked.assignments)
     files = check_outputs(VERSIONS_REPORT, [engine], asked)
     with asked.runs() as runs:
-        found = versions(engine, chosen, releases=names_in(asked.versions), runs=runs)
+        found = versions(engine, chosen, releases=names_in(asked.versions), costs=asked.costs, runs=runs)
     files.print_and_write(found, "versions", {engine: engine}, {"": scenes})
     exit_with_verdict(found)
