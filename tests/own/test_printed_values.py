@@ -7,10 +7,12 @@ import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import conrod, refusal
 from table_files import written
 
+from conrod.errors import InvalidInput
 from conrod.models.printed.table import audit_file, audit_table
 from conrod.models.printed.verdicts import PrintedNumber, VerdictKind
 from conrod.scenes import ShearPress, catalogue_text, scene_named
@@ -150,3 +152,50 @@ def test_files_that_are_no_tables_are_refused(here: Path) -> None:
     assert "no text in UTF-16" in refusal("audit", "bytes.csv")
     written(here, HEADING + GOOD, "README.csv")
     assert "is taken" in refusal("audit", "README.csv")
+
+
+# -- rotations of links ------------------------------------------------------------------------------------------------
+
+# What document 001 prints of its links, at the instant that is crank angle 0.
+MODULE = [
+    ("two-slider-linkage", "rod-3 omega", "-21,88", "rad/s"), ("two-slider-linkage", "crank omega", "104.72", "rad/s"),
+    ("swinging-four-bar", "crank omega", "-60", "rad/s"), ("six-bar", "crank omega", "-62,83", "rad/s"),
+    ("six-bar", "slider omega", "0", "rad/s"), ("six-bar", "slider alpha", "0", "rad/s^2"),
+    ("rack-and-wheel", "rod omega", "20", "rad/s"), ("rack-and-wheel", "wheel omega", "20", "rad/s"),
+    ("rack-and-wheel", "wheel alpha", "0", "rad/s^2"),
+]  # fmt: skip
+
+
+def link_table(rows: list[tuple[str, str, str, str]], angle: str = "0") -> str:
+    return HEADING + "\n".join(f'{scene},{what},{angle},"{value}",{unit}' for scene, what, value, unit in rows)
+
+
+def test_rotations_of_document_001_agree_and_changed_ones_do_not() -> None:
+    assert [v.kind for v in audit_table("001", link_table(MODULE))] == [VerdictKind.AGREES] * len(MODULE)
+    off = [(scene, what, value[:-1] + str((int(value[-1]) + 5) % 10), unit) for scene, what, value, unit in MODULE]
+    assert VerdictKind.AGREES not in {v.kind for v in audit_table("001", link_table(off))}
+
+
+def test_angles_of_links_agree_in_any_turn_and_from_either_end() -> None:
+    turned = [("saw-40rpm", "rod angle", text, "deg") for text in ("179.351", "-180.649", "539.351")]
+    assert {v.kind for v in audit_table("a", link_table(turned, "60"))} == {VerdictKind.AGREES}
+    rows = "\n".join(f"saw-40rpm,rod angle,{at},{other_end(at)},deg" for at in (10, 60, 90, 130))
+    verdicts = audit_table("a", HEADING + rows)
+    assert {v.cause for v in verdicts} == {"the link's angle counted from its other end"}
+
+
+def other_end(degrees: int) -> str:
+    """Angle [deg] of the saw's rod at a crank angle, counted from its other end."""
+    saw = scene_named("saw-40rpm").kinematics
+    rotation = saw.poses(np.radians([degrees]))[0, 3 * saw.mechanism.body_index["rod"] + 2]
+    return f"{(math.degrees(rotation) + 180.0) % 360.0:.3f}"
+
+
+@pytest.mark.parametrize(("quantity", "words"), [
+    ("rod omeg", "unknown quantity of a link 'omeg': did you mean 'omega'?"),
+    ("rode omega", "unknown link 'rode': did you mean 'rod'?"),
+    ("omega", "or a link and angle/omega/alpha, like 'crank omega'"),
+])  # fmt: skip
+def test_unknown_rotation_is_refused_with_the_choices(quantity: str, words: str) -> None:
+    with pytest.raises(InvalidInput, match=re.escape(words)):
+        audit_table("a", HEADING + f"saw-40rpm,{quantity},60,0.698,rad/s\n")

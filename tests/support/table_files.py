@@ -53,10 +53,12 @@ def csv_text(columns: Mapping[str, Array], separator: str = ",", decimal: str = 
     return "\n".join(lines) + "\n"
 
 
-def read(path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = ()) -> Reading:
+def read(
+    path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = (), links: Sequence[str] = ()
+) -> Reading:
     """A table read as the command line reads it, in this process."""
     points = tuple(scene.lengths)
-    return read_table(path, points, column_request(columns_in(columns, points), units, points))
+    return read_table(path, points, column_request(columns_in(columns, points, links), units, points, links))
 
 
 def judged(

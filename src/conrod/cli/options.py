@@ -325,7 +325,7 @@ def controls_in(texts: Iterable[str]) -> dict[str, float]:
     return controls
 
 
-def columns_in(texts: Iterable[str], points: Sequence[str]) -> dict[str, str]:
+def columns_in(texts: Iterable[str], points: Sequence[str], links: Sequence[str] = ()) -> dict[str, str]:
     """Columns by quantity in `C.x=px`.
 
     Raises:
@@ -335,4 +335,4 @@ def columns_in(texts: Iterable[str], points: Sequence[str]) -> dict[str, str]:
     from conrod.models.tables.columns import quantities
 
     form = "QUANTITY=..., e.g. --column time=t"
-    return named_values(texts, "--column", form, "quantity", quantities(points))
+    return named_values(texts, "--column", form, "quantity", quantities(points, links))

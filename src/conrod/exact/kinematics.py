@@ -27,6 +27,7 @@ from conrod.mechanism.units import REVOLUTION
 ARC_SAMPLES, ARC_HALVINGS = 720, 60  # per revolution, to find the ends of cam arcs
 SAMPLE_OFFSET = 0.3  # of those samples, as a share of their spacing
 MOTION_ORDER = 3  # position to jerk
+RANGE_SAMPLES = 720  # of a revolution or a pass, from which ranges of rotation are taken
 MAX_CACHED_GEOMETRIES = 128
 SAMPLES_TOGETHER = 2048  # solved at once: more would not fit the cache, fewer would be mostly overhead
 TURNS_WITHOUT_REPEAT = 2  # revolutions sampled if poses do not repeat after one
@@ -100,6 +101,14 @@ class Kinematics:
         if table is None:
             return {observed.name: self.size for observed in self.mechanism.observed}
         return {name: diameter(p[0]) for name, p in self.point_derivatives([table.poses]).items()}
+
+    @cached_property
+    def rotation_ranges(self) -> dict[str, float]:
+        """Range [rad] of each body's rotation over one revolution or the driver's span: greatest less least angle."""
+        angles = self.poses(np.linspace(*self.span, RANGE_SAMPLES + 1))[:, 2::3]
+        return {
+            body.name: float(size) for body, size in zip(self.mechanism.bodies, np.ptp(angles, axis=0), strict=True)
+        }
 
     @property
     def turns_fully(self) -> bool:

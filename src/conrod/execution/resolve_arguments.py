@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.execution.families import MAX_MEMBERS, Value, member_arguments, members_of, split_values
 from conrod.execution.result import Plan
 from conrod.mechanism.units import check_count, check_number, unit_in_prose
@@ -24,6 +25,7 @@ MAX_KEPT_SAMPLES = 500_000
 # For runs that are compared while they run: some 40 us a step with the refinement path, so most would time out.
 MAX_STREAMED_SAMPLES = 20_000_000
 TOLERANCE_NAMES = ("position", "velocity", "acceleration", "total", "velocity_rms", "phase")
+ALL_TOLERANCE_NAMES = (*TOLERANCE_NAMES, *ROTATIONS)  # where links are compared as well as points
 MIN_TOLERANCE, MAX_TOLERANCE = 1e-300, 1e6
 
 

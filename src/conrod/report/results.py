@@ -13,7 +13,10 @@ from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.scenes import Scene
 
-PLAIN_NAMES = {"velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open"}
+PLAIN_NAMES = {
+    "velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open",
+    "angular_velocity": "angular velocity", "angular_acceleration": "angular acceleration",
+}  # fmt: skip
 KINEMATIC = "kinematic mode"
 DISTRUST_ADVICE = "This is an error of conrod, not of the engine or the model; please report it."
 

@@ -185,7 +185,8 @@ def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, s
 
 def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
-    from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scene
+    from conrod.exact.link_rotations import rotating_links
+    from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES, select_scene
     from conrod.models.fmu.api import STEPS, TURNS, check_fmu
     from conrod.models.tables.api import READING_TIMEOUT, check_table
     from conrod.models.tables.report import PART, TABLE_REPORT
@@ -197,10 +198,10 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
     dossier = _dossier("check", (name,), asked, dict([scene]))
     common: dict[str, Any] = {
-        "columns": columns_in(asked.columns, tuple(scene[1].lengths)),
+        "columns": columns_in(asked.columns, tuple(scene[1].lengths), rotating_links(scene[1].kinematics)),
         "units": asked.units,
         "estimate": names_in(asked.estimate) or (),
-        "tolerance": tolerance_in(asked.tolerance, TOLERANCE_NAMES),
+        "tolerance": tolerance_in(asked.tolerance, ALL_TOLERANCE_NAMES),
         "baseline": asked.baseline,
         "accept": asked.accept,
     }

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
+from conrod.exact.link_rotations import ROTATION_COLUMNS, ROTATION_UNITS, link_rotations, rotating_links
+from conrod.exact.motion import Array, Side
 from conrod.execution.files import file_to_write, folder_to_write, is_folder, is_special_file
 from conrod.execution.writing import Batch, single_file
 from conrod.mechanism.mechanism import CamContact, Joint, Mechanism, Prismatic, Rack, Revolute, Rolling
@@ -205,7 +206,7 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
 
 
 def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, tuple[str, Array]]:
-    """Return the columns of the exact trajectory: name -> (unit, values (T,)).
+    """Return the columns of the exact trajectory: name -> (unit, values (T,)); last those of the links that rotate.
 
     Args:
         samples: instants in a revolution, equally spaced; the last instant of the run is included.
@@ -221,7 +222,18 @@ def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, t
             values: Array = getattr(point, quantity)
             for k, axis in enumerate("xy"):
                 columns[f"{name}.{prefix}{axis}"] = (unit, values[:, k])
-    return columns
+    return columns | _rotation_columns(scene, angle, "right" if makes_a_pass or scene.speed > 0.0 else "left")
+
+
+def _rotation_columns(scene: Scene, angle: Array, side: Side) -> dict[str, tuple[str, Array]]:
+    """Return the columns of the links that rotate, as in `exact_columns`, at crank angles (T,) [rad]."""
+    kinematics, names = scene.kinematics, rotating_links(scene.kinematics)
+    found = link_rotations(kinematics, angle, scene.speed, side=side)
+    return {
+        f"{letter}_{name}": (ROTATION_UNITS[quantity], values[:, kinematics.mechanism.body_index[name]])
+        for name in names
+        for (quantity, letter), values in zip(ROTATION_COLUMNS.items(), found, strict=True)
+    }
 
 
 def _instants(scene: Scene, samples: int, revolutions: float) -> tuple[Array, Array]:

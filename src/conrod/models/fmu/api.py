@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from conrod.errors import as_names
+from conrod.exact.link_rotations import rotating_links
 from conrod.execution.resolve_arguments import (
+    ALL_TOLERANCE_NAMES,
     REVOLUTIONS_RANGE,
-    TOLERANCE_NAMES,
     OneScene,
     check_tolerance,
     scene_by_name,
@@ -60,8 +61,8 @@ def check_fmu(
     check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
     name, machine = scene_by_name(scene)
     units, estimate = as_names(units), as_names(estimate)
-    wanted = column_request(columns or {}, units, tuple(machine.lengths))
-    allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)
+    wanted = column_request(columns or {}, units, tuple(machine.lengths), rotating_links(machine.kinematics))
+    allowed = None if tolerance is None else check_tolerance(tolerance, ALL_TOLERANCE_NAMES)
 
     def judge(one: Scene) -> TableStudy:
         from conrod.models.fmu.fmu import run_fmu

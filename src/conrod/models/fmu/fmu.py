@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput, nearest, unknown_choice
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.exact.motion import Array
 from conrod.execution import local
 from conrod.models.tables.columns import (
@@ -27,11 +28,14 @@ from conrod.models.tables.columns import (
     bare_unit,
     column_with_unit,
     quantities,
+    rotation_column,
 )
 from conrod.models.tables.reading import MAX_TABLE_ROWS, Reading, check_values
 from conrod.scenes import Scene
 
 MIN_STEPS = 8  # steps of a run
+# Outputs of an FMU that conrod wrote, by the quantity of a link's rotation.
+WRITTEN_NAMES = dict(zip(ROTATIONS, ("angle", "rate", "acceleration"), strict=True))
 SOLVER_TOLERANCES = {"model-exchange": 1e-9}  # of CVode, relative; FMPy's own is 1e-5
 
 
@@ -88,8 +92,10 @@ def choose_variables(fmu: FmuDescription, points: Sequence[str], asked: ColumnRe
     more = ", ..." if len(outputs) > MAX_LISTED_HEADINGS else ""
     listed = f"its outputs are {', '.join(outputs[:MAX_LISTED_HEADINGS]) or 'none'}{more}"
     columns = [Column(TIME, 0, TIME, "s", 1.0, "FMI")]
-    for quantity, dimension in quantities(points).items():
-        name = asked.columns.get(quantity, quantity if quantity in outputs else None)
+    written = {rotation_column(q, link): f"{link}.{name}" for link in asked.links for q, name in WRITTEN_NAMES.items()}
+    for quantity, dimension in quantities(points, asked.links).items():
+        own = next((name for name in (quantity, written.get(quantity)) if name in outputs), None)
+        name = asked.columns.get(quantity, own)
         if name is None or quantity == TIME:
             continue
         if name not in variables:

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.exact.motion import Array
 from conrod.mechanism.units import RPM, parse_quantity
 from conrod.models.printed.exact_ranges import EVEN_TOLERANCE, exact_ranges, exact_values
@@ -33,7 +34,8 @@ SPEED_FACTORS = {
     "rpm taken for rad/s": 1.0 / RPM,
     "rad/s taken for rpm": RPM,
 }
-ORDERS = {name: order for order, name in enumerate(PRINTED_UNITS)}  # derivatives by time
+# Derivatives by time.
+ORDERS = {name: order for names in (PRINTED_UNITS, ROTATIONS) for order, name in enumerate(names)}
 MAX_DIGITS = 15  # of a double
 
 

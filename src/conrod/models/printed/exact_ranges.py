@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from conrod.exact.link_rotations import ROTATIONS, link_rotations
 from conrod.exact.motion import BREAK_WIDTH, Array
+from conrod.mechanism.units import REVOLUTION
 from conrod.models.printed.rows import AXES, PrintedRow
 
 MIN_EVEN_STEPS = 2  # steps between angles from which on equal ones show that the angles were chosen
@@ -25,10 +27,24 @@ def exact_values(rows: Sequence[PrintedRow], angles: Array) -> Array:
     scene, (point, derivative, axis), found = rows[0].scene, rows[0].quantity, np.full(len(rows), np.nan)
     low, high = scene.mechanism().driver.span or (-np.inf, np.inf)
     there = (angles >= low - BREAK_WIDTH) & (angles <= high + BREAK_WIDTH)
-    if there.any():
+    if not there.any():
+        return found
+    if derivative in ROTATIONS:
+        kinematics = scene.kinematics
+        rotations = link_rotations(kinematics, angles[there], scene.speed)[ROTATIONS.index(derivative)]
+        found[there] = rotations[:, kinematics.mechanism.body_index[point]]
+    else:
         vectors = getattr(scene.motion(angles[there], scene.speed).point(point), derivative)
         found[there] = np.hypot(*vectors.T) if axis == "size" else vectors[:, AXES.index(axis)]
-    return np.asarray(found * rows[0].factor)
+    return in_printed_turn(rows, found * rows[0].factor)
+
+
+def in_printed_turn(rows: Sequence[PrintedRow], values: Array) -> Array:
+    """Values (N,) in the printed unit; of links' angles those that differ by whole turns and are next to the print."""
+    if rows[0].quantity[1] != "rotation":
+        return values
+    turn, printed = REVOLUTION * rows[0].factor, np.array([row.number.value for row in rows])
+    return np.asarray(values + turn * np.rint((printed - values) / turn))
 
 
 def angle_roundings(rows: Sequence[PrintedRow]) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TypeAlias
@@ -9,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.exact.motion import Array
-from conrod.models.printed.exact_ranges import exact_values
+from conrod.models.printed.exact_ranges import exact_values, in_printed_turn
 from conrod.models.printed.rows import PrintedRow
 
 # A cause is systematic where it reproduces this share of a quantity's printed values, and more of them than the exact
@@ -34,6 +35,9 @@ SLIPS: dict[str, AngleSlip] = {
     **{f"a unit {10**k} times as small": (np.radians, 10.0**k) for k in (1, 2, 3)},
 }
 
+# Of links' angles: angles [rad] that lines lie at, from which a document may count in place of the link's own x axis.
+LINES = {"the link's angle counted from its other end": math.pi}
+
 
 def fixed_causes(rows: Sequence[PrintedRow], exact: Array) -> dict[str, Array]:
     """Find the slips of one size that reproduce a quantity's values as a whole, with the values (N,) that they give.
@@ -46,6 +50,8 @@ def fixed_causes(rows: Sequence[PrintedRow], exact: Array) -> dict[str, Array]:
         return {}
     slips = {**CAUSES, **SLIPS}
     every = {text: factor * exact_values(rows, turned(degrees)) for text, (turned, factor) in slips.items()}
+    if rows[0].quantity[1] == "rotation":
+        every |= {text: in_printed_turn(rows, exact + line * rows[0].factor) for text, line in LINES.items()}
     needed = max(MIN_REPRODUCED, SYSTEMATIC_SHARE * len(rows), met + 1)
     return {text: found for text, found in every.items() if count_reproduced(rows, found) >= needed}
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.exact.link_rotations import ROTATION_UNITS
 from conrod.mechanism.units import check_number, parse_quantity
 from conrod.models.printed.verdicts import DIGITS, MAX_DIGITS, PrintedNumber
 from conrod.scenes import Scene
@@ -18,6 +19,11 @@ TIME_COLUMN = "time_s"  # may stand for the crank angle
 COLUMNS = (*NEEDED_COLUMNS, TIME_COLUMN, "parameters", "place")
 PRINTED_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2", "jerk": "m/s^3"}
 AXES = ("x", "y", "size")
+# What a link's rotation is called, in a word or two.
+ROTATION_NAMES = {
+    "angle": "rotation", "omega": "angular_velocity", "alpha": "angular_acceleration",
+    "rotation": "rotation", "angular velocity": "angular_velocity", "angular acceleration": "angular_acceleration",
+}  # fmt: skip
 MINUS = "\u2212"  # as typeset text has it
 MAX_ANGLE = 36_000.0  # [deg], a hundred turns
 
@@ -28,7 +34,7 @@ class PrintedRow:
 
     Attributes:
         fields: texts of the row, by column.
-        quantity: point, derivative and axis.
+        quantity: point, derivative and axis; or link, quantity of its rotation, and nothing.
         rounding: largest difference of the angle from the printed one, by its digits; 0 for a round angle [deg].
         factor: turns SI into the printed unit.
     """
@@ -94,7 +100,8 @@ def _row(line: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene])
     degrees = each * parse_quantity(column, text.replace(",", ".") if DIGITS.fullmatch(text) else text, "")
     check_number(column, degrees, -MAX_ANGLE, MAX_ANGLE, "deg")
     printed = PrintedNumber(fields["printed"].replace(MINUS, "-"))
-    factor = 1.0 / parse_quantity("unit", f"1 {fields['unit']}", PRINTED_UNITS[quantity[1]])
+    units = PRINTED_UNITS | ROTATION_UNITS
+    factor = 1.0 / parse_quantity("unit", f"1 {fields['unit']}", units[quantity[1]])
     return PrintedRow(line, fields, printed, scene, quantity, degrees, abs(each) * _angle_rounding(text), factor)
 
 
@@ -120,14 +127,28 @@ def _with_parameters(scene: Scene, text: str) -> Scene:
 
 
 def _quantity(scene: Scene, text: str) -> tuple[str, str, str]:
-    """Split a quantity such as 'G velocity y' into point, derivative and axis."""
+    """Split a quantity: 'G velocity y' into point, derivative and axis, 'rod omega' into link and quantity."""
     words = text.split()
+    links = scene.mechanism().body_index
+    if len(words) == 2 or (words and words[0] in links and words[0] not in scene.lengths):
+        return _rotation(links, words[0], " ".join(words[1:]))
     if len(words) != 3:
         raise InvalidInput(
-            f"quantity = {text!r}: give a point, {'/'.join(PRINTED_UNITS)} and {'/'.join(AXES)}, like 'G velocity y'"
+            f"quantity = {text!r}: give a point, {'/'.join(PRINTED_UNITS)} and {'/'.join(AXES)}, like 'G velocity y'; "
+            f"or a link and angle/omega/alpha, like '{next(iter(links))} omega'"
         )
+    if words[0] in links and " ".join(words[1:]) in ROTATION_NAMES:
+        return _rotation(links, words[0], " ".join(words[1:]))
     known: dict[str, Collection[str]] = {"point": scene.lengths, "quantity": PRINTED_UNITS, "axis": AXES}
     for given, (kind, choices) in zip(words, known.items(), strict=True):
         if given not in choices:
             raise unknown_choice(kind, given, choices)
     return words[0], words[1], words[2]
+
+
+def _rotation(links: Collection[str], link: str, name: str) -> tuple[str, str, str]:
+    """Check the link and the quantity of its rotation, and return them as those of a row."""
+    for kind, given, choices in (("link", link, links), ("quantity of a link", name, ROTATION_NAMES)):
+        if given not in choices:
+            raise unknown_choice(kind, given, choices)
+    return link, ROTATION_NAMES[name], ""

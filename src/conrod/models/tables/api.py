@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from conrod.errors import as_names
+from conrod.exact.link_rotations import rotating_links
 from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
-from conrod.execution.resolve_arguments import TOLERANCE_NAMES, OneScene, check_tolerance, scene_by_name
+from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES, OneScene, check_tolerance, scene_by_name
 from conrod.models.tables import report as trajectory
 from conrod.models.tables.baseline_lines import table_lines
 from conrod.models.tables.columns import column_request
@@ -52,7 +53,7 @@ def check_table(
         check_readable(path)
         name, machine = scene_by_name(scene)
         points, units, estimate = tuple(machine.lengths), as_names(units), as_names(estimate)
-        wanted = column_request(columns or {}, units, points)
+        wanted = column_request(columns or {}, units, points, rotating_links(machine.kinematics))
 
         def judge(one: Scene) -> TableStudy:
             from conrod.models.tables.reading import read_table
@@ -60,7 +61,7 @@ def check_table(
             reading = call_on_file(read_table, path, points, wanted, timeout=READING_TIMEOUT)
             return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
 
-        allowed = None if tolerance is None else check_tolerance(tolerance, TOLERANCE_NAMES)
+        allowed = None if tolerance is None else check_tolerance(tolerance, ALL_TOLERANCE_NAMES)
         check_estimated(estimate)
         words: dict[str, Any] = {"column": column_texts(columns), "unit": units, "estimate": ",".join(estimate)}
         given = {"columns": columns, "units": units, "estimate": estimate, "tolerance": tolerance}

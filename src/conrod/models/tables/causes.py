@@ -10,18 +10,18 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.exact.motion import Array
 from conrod.models.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
-from conrod.models.tables.errors import ERRORS, TableComparison
-from conrod.models.tables.estimation import REVOLUTION, best_crank_shift, shift_crank
+from conrod.models.tables.errors import ALL_ERRORS, ERRORS, TableComparison
+from conrod.models.tables.estimation import best_crank_shift, shift_crank
+from conrod.models.tables.link_slips import ANGLE_SLIPS, SPEED_SLIPS, factors_both_ways, link_hypotheses
 from conrod.models.tables.sensors import SENSOR_FAULTS, outlier_hypotheses, sensor_hypotheses
 from conrod.models.tables.slides import Hypothesis, slide_hypotheses
 from conrod.models.tables.stuck import MIN_STUCK_ROWS, drop_stuck, replace_stuck, stuck_rows, stuck_words
 
 # Pairs of units that are mistaken for each other, with the ratio of their sizes; either may be taken for the other.
 LENGTH_SLIPS = {("mm", "m"): 1e3, ("cm", "m"): 1e2, ("mm", "cm"): 10.0, ("inches", "m"): 1.0 / 0.0254}
-ANGLE_SLIPS = {("degrees", "radians"): 180.0 / math.pi, ("turns", "radians"): 1.0 / REVOLUTION}
-SPEED_SLIPS = {("deg/s", "rad/s"): 180.0 / math.pi, ("rpm", "rad/s"): 30.0 / math.pi}
 # Time shifts of two quantities that differ by less than this share are the same.
 SAME_STAMP = 0.02
 SOLVER_TOLERANCE = 1e-13  # relative, of a time shift and of its sum of squares
@@ -136,6 +136,8 @@ def _is_stillness(table: TableComparison, undone: TableComparison, name: str, af
 def _travel(table: TableComparison, name: str) -> float:
     """Largest normalised travel, in the exact motion, of the columns that an error is computed from."""
     travels = [0.0]
+    if name in ROTATIONS:
+        return 1.0 if table.links(name) else 0.0
     for point in table.points(name):
         exact = getattr(
             (table.motion_at_nominal_crank if name == "total" else table.motion_at_own_crank).point(point), ERRORS[name]
@@ -175,7 +177,7 @@ def _hypotheses(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypo
     yield from _unit_slips(table)
     opposite = table.scene.with_parameters(speed=-table.scene.speed)
     backwards = replace(table.scale_columns(-1.0, *CRANK), scene=opposite)
-    yield "opposite sense", "the crank turns in the opposite sense", backwards, ERRORS
+    yield "opposite sense", "the crank turns in the opposite sense", backwards, ALL_ERRORS
     other = str.maketrans(AXES, AXES[::-1])
     swapped = {f"{n[:-1]}{n[-1].translate(other)}" if "." in n else n: values for n, values in table.values.items()}
     yield "axes swapped", "x and y are swapped", replace(table, values=swapped), ERRORS
@@ -183,30 +185,24 @@ def _hypotheses(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypo
         yield from _frame_slips(table)
     yield from _time_slips(table, wrong)
     yield from slide_hypotheses(table)
+    yield from link_hypotheses(table)
     yield from sensor_hypotheses(table)
 
 
 def _unit_slips(table: TableComparison) -> Iterator[Hypothesis]:
     """Undo units that were mistaken for others, of lengths, angles and the crank's speed."""
     moving = [name for name in table.values if "." in name]
-    for factor, slip in _factors_both_ways(LENGTH_SLIPS):
+    for factor, slip in factors_both_ways(LENGTH_SLIPS):
         scaled = table.scale_columns(1.0 / factor, *moving)
         yield "length unit", f"lengths are {factor:.6g} times too large: {slip}", scaled, ERRORS
-    for factor, slip in _factors_both_ways(ANGLE_SLIPS) if CRANK_ANGLE in table.values else ():
+    for factor, slip in factors_both_ways(ANGLE_SLIPS) if CRANK_ANGLE in table.values else ():
         scaled = table.scale_columns(1.0 / factor, *CRANK)
-        yield "angle unit", f"crank angles are {factor:.6g} times too large: {slip}", scaled, ERRORS
+        yield "angle unit", f"crank angles are {factor:.6g} times too large: {slip}", scaled, ALL_ERRORS
     # Positions alone: at another speed, velocities are others too.
     concerns = ("total",) if CRANK_ANGLE in table.values else ("total", "position")
-    for factor, slip in _factors_both_ways(SPEED_SLIPS):
+    for factor, slip in factors_both_ways(SPEED_SLIPS):
         scaled = table.scale_columns(factor, TIME)
         yield "speed unit", f"the crank turns at {factor:.6g} times the nominal speed: {slip}", scaled, concerns
-
-
-def _factors_both_ways(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[float, str]]:
-    """Factors of wrong values where one unit is taken for another, with the slip in words."""
-    for (one, other), factor in units.items():
-        yield factor, f"{one} taken for {other}"
-        yield 1.0 / factor, f"{other} taken for {one}"
 
 
 def _frame_slips(table: TableComparison) -> Iterator[Hypothesis]:
@@ -243,9 +239,10 @@ def _undo_frame(table: TableComparison, offset: complex, turn: float) -> Hypothe
             x, y = (table.values.get(f"{owner}{one}", np.zeros(1)) for one in AXES)
             both = ((x - moved * offset.real) + 1j * (y - moved * offset.imag)) * back
             values[name] = both.real if axis == "x" else both.imag
+    values |= {name: table.values[name] - turn for name in table.rotation_columns if name.startswith("angle")}
     turned = f" and turned by {math.degrees(turn):.6g} deg" if turn else ""
     text = f"the table's frame is offset by ({1e3 * offset.real:.6g}, {1e3 * offset.imag:.6g}) mm{turned}"
-    return "frame", text, replace(table, values=values), ERRORS
+    return "frame", text, replace(table, values=values), ALL_ERRORS
 
 
 def _has_enough_numbers(table: TableComparison, unknowns: int) -> bool:
@@ -263,14 +260,14 @@ def _time_slips(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypo
         by, *_ = best_crank_shift(table, "position")
         shifts.append(by / scene.speed)
         text = f"the table's crank angle is 0 where the scene's is {math.degrees(by):.6g} deg"
-        yield "crank zero", text, shift_crank(table, by), ERRORS
+        yield "crank zero", text, shift_crank(table, by), ALL_ERRORS
     if turns and "total" in wrong:
         clock = best_crank_shift(table, "total")[0] / scene.speed
         shifts.append(clock)
         off = f"(or the crank is {math.degrees(abs(clock * scene.speed)):.4g} deg off)"
         # Where the table has a crank angle of its own, its clock says nothing of that.
         text = f"each row belongs {_steps_words(clock, table)} than its time says {off}"
-        yield "time offset", text, table.shift_time(clock), ERRORS
+        yield "time offset", text, table.shift_time(clock), ALL_ERRORS
     for name in ("velocity", "acceleration"):
         stamp = _fit_stamp(name, table) if name in wrong else None
         if stamp is not None and all(abs(stamp - known) > SAME_STAMP * abs(stamp) for known in shifts):

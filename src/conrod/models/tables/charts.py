@@ -7,7 +7,7 @@ from itertools import cycle
 import numpy as np
 from matplotlib.figure import Figure
 
-from conrod.models.tables.errors import ERRORS
+from conrod.models.tables.errors import ALL_ERRORS
 from conrod.models.tables.study import TableStudy
 from conrod.report.charts.canvas import (
     NORMS,
@@ -22,9 +22,9 @@ MIN_SHARE_OF_LARGEST = 1e-5  # of a table's panel, below which errors are not dr
 
 
 def table_figure(study: TableStudy) -> Figure:
-    """Draw the largest error of each observed point of a table against revolutions."""
+    """Draw the largest error of each observed point or link of a table against revolutions."""
     # Without a crank angle the errors `position` and `total` are the same.
-    named = [q for q in ERRORS if q != "position" or study.phase is not None]
+    named = [q for q in ALL_ERRORS if q != "position" or study.phase is not None]
     hues = dict(zip(study.errors, cycle(CURVE_COLOURS), strict=False))
     panels = []
     for quantity in named:
@@ -39,6 +39,9 @@ def table_figure(study: TableStudy) -> Figure:
                 for point, curve in curves.items()
             ]  # fmt: skip
             head = {"color": "#444444", "markerfacecolor": "#444444"}
-            title, allowed = f"{quantity} error / {NORMS.get(quantity, 'L')}", [(study.tolerance.get(quantity), head)]
+            title, allowed = (
+                f"{quantity.replace('_', ' ')} error / {NORMS.get(quantity, 'L')}",
+                [(study.tolerance.get(quantity), head)],
+            )
             panels.append(Panel(title, lines, (0.0, study.revolutions), allowed))
     return panels_figure(panels, "revolutions since the first row")

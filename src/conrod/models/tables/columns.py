@@ -8,11 +8,18 @@ from dataclasses import dataclass
 from functools import cache
 
 from conrod.errors import InvalidInput, as_mapping, unknown_choice
+from conrod.exact.link_rotations import ROTATION_COLUMNS, ROTATION_UNITS
 from conrod.mechanism.units import parse_quantity
 
 TIME, CRANK_ANGLE, CRANK_SPEED, CRANK_ACCELERATION = "time", "crank_angle", "crank_speed", "crank_acceleration"
 CRANK = {CRANK_ANGLE: "rad", CRANK_SPEED: "rad/s", CRANK_ACCELERATION: "rad/s^2"}
 OTHER_NAMES = {TIME: "t", CRANK_ANGLE: "theta", CRANK_SPEED: "omega", CRANK_ACCELERATION: "alpha"}
+# What else the columns of a link's rotation are called, by the words of conrod's own headings.
+ROTATION_WORDS = {
+    "angle": ("theta", "phi", "rotation"),
+    "omega": ("angular_velocity", "w"),
+    "alpha": ("angular_acceleration",),
+}
 AXES = "xy"
 # Quantity -> letter in conrod's own headings, SI unit.
 MOTION = {"position": ("", "m"), "velocity": ("v", "m/s"), "acceleration": ("a", "m/s^2")}
@@ -39,10 +46,12 @@ class ColumnRequest:
     Attributes:
         columns: heading by quantity, from `--column C.x=px`.
         units: units for columns that state none, from `--unit mm`.
+        links: names of the links whose rotation a table may have.
     """
 
     columns: Mapping[str, str]
     units: tuple[str, ...]
+    links: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -66,19 +75,27 @@ class Column:
     unit_from: str
 
 
-def quantities(points: Sequence[str]) -> dict[str, str]:
-    """SI unit of each quantity that a table of some observed points may hold, as `C.x`, `C.vx`, `crank_angle`."""
+def quantities(points: Sequence[str], links: Sequence[str] = ()) -> dict[str, str]:
+    """SI unit of each quantity that a table of points and links may hold, as `C.x`, `crank_angle`, `omega_rod`."""
     own = {f"{p}.{letter}{axis}": unit for p in points for letter, unit in MOTION.values() for axis in AXES}
-    return {TIME: "s", **CRANK, **own}
+    turning = {rotation_column(q, link): unit for link in links for q, unit in ROTATION_UNITS.items()}
+    return {TIME: "s", **CRANK, **own, **turning}
 
 
-def column_request(columns: Mapping[str, str], units: Sequence[str], points: Sequence[str]) -> ColumnRequest:
+def rotation_column(quantity: str, link: str) -> str:
+    """Name of the column of a quantity of a link's rotation, as `angle_rod`, `omega_rod`, `alpha_rod`."""
+    return f"{ROTATION_COLUMNS[quantity]}_{link}"
+
+
+def column_request(
+    columns: Mapping[str, str], units: Sequence[str], points: Sequence[str], links: Sequence[str] = ()
+) -> ColumnRequest:
     """Check the columns that a user names by quantity, and the units of columns without one.
 
     Raises:
         InvalidInput: something that is no quantity of the scene, or no unit.
     """
-    known = quantities(points)
+    known = quantities(points, links)
     columns = as_mapping("columns", columns, "{'C.x': 'px'}")
     for name in columns:
         if name not in known:
@@ -86,7 +103,7 @@ def column_request(columns: Mapping[str, str], units: Sequence[str], points: Seq
     for unit in units:
         if not is_unit(unit):
             raise InvalidInput(f"--unit {unit}: it is no unit of {', '.join(DIMENSIONS.values())}; give e.g. mm or deg")
-    return ColumnRequest(columns, tuple(units))
+    return ColumnRequest(columns, tuple(units), tuple(links))
 
 
 def choose_columns(headings: Sequence[str], points: Sequence[str], asked: ColumnRequest) -> list[Column]:
@@ -99,7 +116,7 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
     Raises:
         InvalidInput: a column that is missing, may be several things, or whose unit cannot be determined.
     """
-    places = _match_columns(headings, points, asked)
+    places, known = _match_columns(headings, points, asked), quantities(points, asked.links)
     missing = () if places.keys() - {TIME} else (f"any of {', '.join(points)} or the crank", f"{points[0]}.x")
     missing = missing if TIME in places else ("the time", TIME)
     if missing:
@@ -111,12 +128,12 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
         column_with_unit(
             name, dimension, places[name], headings[places[name]], split_heading(headings[places[name]])[1], asked
         )
-        for name, dimension in quantities(points).items()
+        for name, dimension in known.items()
         if name in places
     ]
     # Of a length that has a unit and one that has none either guess may be a factor 1000 off.
     for kind in UNIT_FAMILIES:
-        units = {column.name: column for column in columns if quantities(points)[column.name] in kind}
+        units = {column.name: column for column in columns if known[column.name] in kind}
         without = [name for name, column in units.items() if column.unit_from == "assumed"]
         if without and (stated := [name for name in units if name not in without]):
             raise InvalidInput(
@@ -129,7 +146,7 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
 def _match_columns(headings: Sequence[str], points: Sequence[str], asked: ColumnRequest) -> dict[str, int]:
     """Index of the column of each quantity that the table has."""
     places = {name: _find_column(wanted, name, headings) for name, wanted in asked.columns.items()}
-    free = [name for name in quantities(points) if name not in places]
+    free = [name for name in quantities(points, asked.links) if name not in places]
     for place, heading in enumerate(headings):
         # Words of other alphabets, which are not read, may say that x is a velocity; t is always the time.
         name = quantity_named(split_heading(heading)[0], free, points) or quantity_named(
@@ -178,7 +195,13 @@ def quantity_named(heading: str, among: Collection[str], points: Sequence[str]) 
 def _spellings(name: str, is_only: bool) -> list[str]:
     """Names, without signs, by which a heading may call a quantity."""
     point, _, component = name.rpartition(".")
-    others = [f"{component}{_letters(point)}", *([component] if is_only else [])] if point else [OTHER_NAMES[name]]
+    if point:
+        others = [f"{component}{_letters(point)}", *([component] if is_only else [])]
+    elif name in OTHER_NAMES:
+        others = [OTHER_NAMES[name]]
+    else:
+        letter, _, link = name.partition("_")
+        others = [_letters(f"{link}{letter}"), *(_letters(f"{word}{link}") for word in ROTATION_WORDS[letter])]
     return [_letters(name), *others]
 
 

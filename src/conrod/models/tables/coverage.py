@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator, Mapping
 import numpy as np
 
 from conrod.errors import InvalidInput
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.models.tables.columns import AXES, CRANK_ANGLE, MOTION
 from conrod.models.tables.errors import ERRORS, TableComparison
 
@@ -78,6 +79,9 @@ def _list_unjudged(table: TableComparison, tolerance: Mapping[str, float]) -> It
         elif missing := _missing_columns(table, quantity, min(limits)):
             more = f" and {len(missing) - MAX_LISTED_COLUMNS} more" if len(missing) > MAX_LISTED_COLUMNS else ""
             yield f"{quantity} of {', '.join(missing[:MAX_LISTED_COLUMNS])}{more}"
+    for quantity in ROTATIONS:
+        if (links := table.links(quantity)) and quantity not in tolerance:
+            yield f"{quantity.replace('_', ' ')} of {', '.join(links[:MAX_LISTED_COLUMNS])}"
     if CRANK_ANGLE not in table.values or "phase" not in tolerance:
         yield "crank angle"
 

@@ -10,12 +10,23 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.comparison.compare import Size, size_of
+from conrod.exact.link_rotations import ROTATIONS, link_rotations
 from conrod.exact.motion import Array, Motion
-from conrod.models.tables.columns import AXES, CRANK, CRANK_ACCELERATION, CRANK_ANGLE, CRANK_SPEED, MOTION, TIME
+from conrod.models.tables.columns import (
+    AXES,
+    CRANK,
+    CRANK_ACCELERATION,
+    CRANK_ANGLE,
+    CRANK_SPEED,
+    MOTION,
+    TIME,
+    rotation_column,
+)
 from conrod.scenes import Scene
 
 # Name of an error -> the quantity that it is of.
 ERRORS = {"total": "position"} | dict(zip(MOTION, MOTION, strict=True))
+ALL_ERRORS = (*ERRORS, *ROTATIONS)  # of points, then of links
 # More cannot be distinguished in the width of a figure; each span keeps its largest error.
 MAX_CURVE_SPANS = 400
 
@@ -35,7 +46,8 @@ class ErrorCurve:
     largest: Array
 
 
-# By point, then by name in `ERRORS` as far as the table has columns for them; over revolutions since the first row.
+# By point or link, then by name in `ALL_ERRORS` as far as the table has columns for them; over revolutions since the
+# first row.
 Errors: TypeAlias = Mapping[str, Mapping[str, ErrorCurve]]
 
 
@@ -123,6 +135,45 @@ class TableComparison:
         rate = self.values.get(CRANK_SPEED, self.scene.speed)
         return self.scene.motion(self.angle, rate, self.values.get(CRANK_ACCELERATION, 0.0))
 
+    # -- links ---------------------------------------------------------------------------------------------------------
+
+    def links(self, quantity: str) -> list[str]:
+        """Links for which the table has a column of a quantity of rotation."""
+        begin = rotation_column(quantity, "")
+        return [name.removeprefix(begin) for name in self.values if name.startswith(begin)]
+
+    @property
+    def rotation_columns(self) -> list[str]:
+        """Columns of the table that hold a rotation of a link, or its derivatives."""
+        return [rotation_column(quantity, link) for quantity in ROTATIONS for link in self.links(quantity)]
+
+    @cached_property
+    def exact_rotations(self) -> tuple[Array, ...]:
+        """Exact rotation, angular velocity and angular acceleration (T, n) of all links at the table's crank motion."""
+        rate = self.values.get(CRANK_SPEED, self.scene.speed)
+        return link_rotations(self.scene.kinematics, self.angle, rate, self.values.get(CRANK_ACCELERATION, 0.0))
+
+    def rotation_difference(self, quantity: str, link: str) -> Array:
+        """Table minus exact motion (T,) of a link's rotation [rad], angular velocity or angular acceleration [SI].
+
+        A table may count an angle from 0 to 360 deg again and again, and begin in any turn, so jumps by a turn from one
+        row to the next are taken out of the difference. A turn that slips over several rows stays in it.
+        """
+        exact = self.exact_rotations[ROTATIONS.index(quantity)][:, self.scene.kinematics.mechanism.body_index[link]]
+        off = self.values[rotation_column(quantity, link)] - exact
+        if quantity != "rotation":
+            return np.asarray(off)
+        off = np.unwrap(off)
+        return np.asarray(off - 2.0 * np.pi * np.rint(off[0] / (2.0 * np.pi)))
+
+    def _rotation_sizes(self, quantity: str) -> dict[str, Array]:
+        """Normalised errors (T,) of a quantity of rotation, by link: over its range R, omega R or omega^2 R."""
+        return {
+            link: np.abs(self.rotation_difference(quantity, link))
+            / (self.scene.kinematics.rotation_ranges[link] * abs(self.scene.speed) ** ROTATIONS.index(quantity))
+            for link in self.links(quantity)
+        }
+
     # -- errors --------------------------------------------------------------------------------------------------------
 
     def axes(self, name: str, point: str) -> dict[int, str]:
@@ -160,7 +211,7 @@ class TableComparison:
 
     @cached_property
     def sizes(self) -> dict[str, dict[str, Array]]:
-        """Normalised errors (T,) by name in `ERRORS` and by point, for which the table has columns.
+        """Normalised errors (T,) by name in `ALL_ERRORS` and by point or link, for which the table has columns.
 
         `position`, `velocity` and `acceleration` are taken at the angle, rate and angular acceleration that the
         table's own columns say; where it has none, at the nominal ones, and `position` is then the same as `total`.
@@ -171,21 +222,22 @@ class TableComparison:
                 for p in self.points(name)
             }
             for name in ERRORS
-        }
+        } | {name: self._rotation_sizes(name) for name in ROTATIONS}
 
     def largest(self, name: str) -> float | None:
-        """The largest error of a name in `ERRORS` over all points; None if no point has it."""
+        """The largest error of a name in `ALL_ERRORS` over all points or links; None if none has it."""
         return max((float(error.max()) for error in self.sizes[name].values()), default=None)
 
     @property
     def errors(self) -> Errors:
-        """Error curves over the run, by point and by name in `ERRORS`."""
+        """Error curves over the run, by point or link and by name in `ALL_ERRORS`."""
         at = (self.times - self.times[0]) / self.scene.period
         edges = np.unique(np.linspace(0, len(at), min(MAX_CURVE_SPANS, len(at)) + 1).astype(int))[:-1]
         found: dict[str, dict[str, ErrorCurve]] = {}
-        for point in self.scene.lengths:
-            for name in ERRORS:
-                if (error := self.sizes[name].get(point)) is not None:
+        links = (link for quantity in ROTATIONS for link in self.links(quantity))
+        for owner in dict.fromkeys((*self.scene.lengths, *links)):
+            for name in ALL_ERRORS:
+                if (error := self.sizes[name].get(owner)) is not None:
                     curve = ErrorCurve(size_of(error), at[edges], np.asarray(np.maximum.reduceat(error, edges)))
-                    found.setdefault(point, {})[name] = curve
+                    found.setdefault(owner, {})[name] = curve
         return found

@@ -8,7 +8,7 @@ from typing import Any
 
 from conrod.mechanism.units import unit_in_prose
 from conrod.models.tables.causes import Cause
-from conrod.models.tables.errors import ERRORS
+from conrod.models.tables.errors import ALL_ERRORS
 from conrod.models.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.figure import Figure
@@ -49,10 +49,16 @@ def verdict_text(study: TableStudy) -> str:
     if study.passed:
         found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
         within = (
-            f"{name} {numbers.error(name, size)} <= {_tolerance_text(name, limit)}" for name, size, limit in found
+            f"{_in_words(name)} {numbers.error(name, size)} <= {_tolerance_text(name, limit)}"
+            for name, size, limit in found
         )
         return f"within tolerance: {', '.join(within)}{unjudged}"
     return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text))}{unjudged}"
+
+
+def _in_words(name: str) -> str:
+    """Return the name of an error as it is printed: those of links' rotations without underscore."""
+    return name.replace("angular_", "angular ")
 
 
 def _tolerance_text(name: str, limit: float) -> str:
@@ -90,7 +96,7 @@ def _cause_line(study: TableStudy, cause: Cause) -> str:
     """Name a likely cause, with each error that it explains before and after undoing it."""
     lengths = study.scene.lengths
     without = ", ".join(
-        f"{name} is {numbers.error(name, after, lengths)} instead of {numbers.error(name, before, lengths)}"
+        f"{_in_words(name)} is {numbers.error(name, after, lengths)} instead of {numbers.error(name, before, lengths)}"
         for name, (before, after) in cause.explains.items()
     )
     return f"likely cause: {cause.text}; without it {without}"
@@ -106,10 +112,10 @@ def columns_table(study: TableStudy) -> Table:
 
 
 def errors_table(study: TableStudy) -> Table:
-    """Return a row for each point and error: max, rms, final and tolerance."""
+    """Return a row for each point or link and error: max, rms, final and tolerance."""
     rows = []
     for point, curves in study.errors.items():
-        for name in ERRORS:
+        for name in ALL_ERRORS:
             if name in curves:
                 size, limit = curves[name].size, study.tolerance.get(name)
                 sizes = (numbers.measured_text(value) for value in (size.max, size.rms, size.final))
@@ -117,7 +123,13 @@ def errors_table(study: TableStudy) -> Table:
                     numbers.in_mm({point: size.max}, study.scene.lengths) if name in numbers.QUANTITIES_OVER_L else ""
                 )
                 rows.append(
-                    (point, name, *sizes, shown, "not judged" if limit is None else _tolerance_text(name, limit))
+                    (
+                        point,
+                        _in_words(name),
+                        *sizes,
+                        shown,
+                        "not judged" if limit is None else _tolerance_text(name, limit),
+                    )
                 )
     right = ("max", "rms", "final", "max [mm]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)

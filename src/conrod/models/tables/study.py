@@ -13,7 +13,7 @@ from conrod.models.tables.causes import MIN_NOTEWORTHY_ERROR, Cause, likely_caus
 from conrod.models.tables.clock import clock_limits
 from conrod.models.tables.columns import TIME, Column, quantities
 from conrod.models.tables.coverage import RMS, check_moving, limited_quantity, still_columns, unjudged_quantities
-from conrod.models.tables.errors import ERRORS, Errors, TableComparison
+from conrod.models.tables.errors import ALL_ERRORS, Errors, TableComparison
 from conrod.models.tables.estimation import Estimate, align_clock, estimate
 from conrod.models.tables.reading import Reading
 from conrod.scenes import Scene
@@ -36,7 +36,7 @@ class TableStudy:
         form: format of the file, in words.
         rows: number of rows.
         span: first and last time [s].
-        errors: errors by point and by name of the error.
+        errors: errors by point or link and by name of the error.
         phase: largest deviation of the crank from the nominal [rad]; None where the table does not say where it was.
         estimates: estimated values, of what the user asked to estimate.
         tolerance: tolerances asked for, by quantity, and those of the clock that follow; empty if nothing is judged.
@@ -69,7 +69,7 @@ class TableStudy:
         return (self.span[1] - self.span[0]) / self.scene.period
 
     def largest(self, name: str) -> float | None:
-        """The largest error of a name in `ERRORS`, `velocity_rms` or `phase` [rad]; None if the table has none."""
+        """The largest error of a name in `ALL_ERRORS`, `velocity_rms` or `phase` [rad]; None if the table has none."""
         if name == "phase":
             return self.phase
         of, measure = ("velocity", "rms") if name == RMS else (name, "max")
@@ -103,7 +103,7 @@ def study_table(
 
     Args:
         asked: quantities to estimate first, of `estimation.CHOICES`.
-        tolerance: largest errors allowed, of `ERRORS`, `velocity_rms` and `phase` [rad]; None judges nothing.
+        tolerance: largest errors allowed, of `ALL_ERRORS`, `velocity_rms` and `phase` [rad]; None judges nothing.
 
     Raises:
         InvalidInput: a tolerance of what the table has not or of what stands still, or an estimate of what the table
@@ -134,14 +134,16 @@ def study_table(
     )
     for name in limits:
         if found.largest(name) is None:
-            what = {"phase": "crank angle"}.get(name, limited_quantity(name))
+            what = {"phase": "crank angle"}.get(name, limited_quantity(name).replace("_", " "))
             raise InvalidInput(f"--tolerance {name}: the table has no {what} column; conrod does not differentiate")
     if found.passed:
         check_moving(table, allowed, limits)
     if "phase" in found.exceeded and "phase" not in limits:
         found = replace(found, notes=(*found.notes, CLOCK_NOTE))
     # None where all are within tolerance, otherwise all that are worth a note.
-    wrong = [name for name in ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > MIN_NOTEWORTHY_ERROR]
+    wrong = [
+        name for name in ALL_ERRORS if name in found.exceeded or (found.largest(name) or 0.0) > MIN_NOTEWORTHY_ERROR
+    ]
     return found if found.passed else replace(found, causes=likely_causes(table, wrong, allowed))
 
 

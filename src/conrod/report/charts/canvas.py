@@ -131,7 +131,10 @@ def draw_tolerance_heads(axes: Axes, at: float, allowed: Sequence[tuple[float | 
 # -- parts that the charts of all reports share ------------------------------------------------------------------------
 
 # Divisors of the errors of each quantity, as printed in labels of axes.
-NORMS = {"position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)"}
+NORMS = {
+    "position": "L", "velocity": "(ω L)", "acceleration": "(ω² L)",
+    "rotation": "range R", "angular_velocity": "(ω R)", "angular_acceleration": "(ω² R)",
+}  # fmt: skip
 
 
 def preset_handles(presets: Iterable[tuple[str, str]], **changes: Any) -> list[Line2D]:
