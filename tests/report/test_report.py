@@ -130,7 +130,7 @@ def test_incomplete_run_has_an_outcome_and_no_error_figure(outcome: str, passed:
     assert f"{outcome}: seen at 12.5 deg" in page
     assert "No run completed" in page
     assert "saw-40rpm-error.svg" not in page
-    assert set(figures(study)) == {"mechanism"}
+    assert set(figures(study)) == {"mechanism", "motion"}
 
 
 # -- writing ---------------------------------------------------------------------------------------------------------

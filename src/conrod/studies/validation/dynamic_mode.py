@@ -22,9 +22,17 @@ from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution.prediction import Prediction, merged_misfit, reference_misfit
 from conrod.execution.result import Plan, run_refinement_path
 from conrod.scenes import Scene
-from conrod.studies.validation.results import Curve, PoseErrors, RefinementPoint, Tolerance, ValidationResult
+from conrod.studies.validation.results import (
+    Curve,
+    PointSamples,
+    PoseErrors,
+    RefinementPoint,
+    Tolerance,
+    ValidationResult,
+)
 
 DRAWN_POSES = 60  # of a revolution, in an animated drawing: 6 deg apart
+MARKED_SAMPLES = 48  # of a revolution, in the figure of motion: 7.5 deg apart
 CLOCK_ERROR_LAW = "phase: rounding, steps x eps x angle; total: position's and |dx/dθ| / L times the phase's"
 RIPPLE_ERROR_LAW = CLOCK_ERROR_LAW.replace(
     ";", ", and the drive's ripple, energy exchanged / (flywheel ω²), of every turn;"
@@ -38,8 +46,8 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
         return result
     steps, revolutions = plan.steps(scene), result.revolutions
     errors, prediction = RunErrors(), Prediction(scene)
-    curves, poses = CurveRecorder(), PoseErrorRecorder(scene, steps)
-    ended = run_with_recorders(engine, scene, settings, revolutions, start, errors, prediction, curves, poses)
+    curves, poses, samples = CurveRecorder(), PoseErrorRecorder(scene, steps), SampleRecorder(scene.output, steps)
+    ended = run_with_recorders(engine, scene, settings, revolutions, start, errors, prediction, curves, poses, samples)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
     def run_with_steps(n: int, turns: float, start: float) -> RefinementPoint:
@@ -54,7 +62,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     if result.completed:
         misfit = merged_misfit(prediction.misfit, reference_misfit(scene))
         found = {"prediction": prediction.sizes, "misfit": misfit, **errors.as_dict()}
-        result = replace(result, curves=curves.curves, poses=poses.errors, **found)
+        result = replace(result, curves=curves.curves, poses=poses.errors, samples=samples.samples, **found)
     return result.with_verdict()
 
 
@@ -153,8 +161,7 @@ class PoseErrorRecorder:
         """Add a piece of the run."""
         states = piece.bodies.position
         count = self._seen + len(states.poses) + piece.samples_remaining
-        first = max(0, count - 1 - self._steps)
-        kept = first + np.unique(np.linspace(0, count - 1 - first, DRAWN_POSES + 1).astype(int)) - self._seen
+        kept = np.unique(_span_ends_of_last_turn(count, self._steps, DRAWN_POSES)) - self._seen
         rows = kept[(kept >= 0) & (kept < len(states.poses))]
         self._seen += len(states.poses)
         angle = states.instants.angle[rows]
@@ -168,3 +175,42 @@ class PoseErrorRecorder:
     def errors(self) -> PoseErrors:
         """Pose errors of all recorded samples."""
         return PoseErrors(np.concatenate(self._angles), np.concatenate(self._errors))
+
+
+class SampleRecorder:
+    """Recorder of a point's motion as the engine reports it, at samples of the last revolution."""
+
+    def __init__(self, point: str, steps_per_revolution: int) -> None:
+        self._point, self._steps = point, steps_per_revolution
+        self._seen: defaultdict[str, int] = defaultdict(int)
+        self._found: defaultdict[str, list[tuple[Array, ...]]] = defaultdict(list)
+
+    def add(self, piece: ComparedPiece) -> None:
+        """Add a piece of the run."""
+        for quantity in QUANTITIES:
+            track = getattr(piece.trajectory.points[self._point], quantity)
+            # The quantities of a piece may have different numbers of samples.
+            seen, length = self._seen[quantity], len(track.values)
+            count = seen + length + piece.samples_remaining
+            # The middles of equal spans: none lies on the edge of the figure.
+            kept = np.unique(_span_ends_of_last_turn(count, self._steps, 2 * MARKED_SAMPLES)[1::2]) - seen
+            rows = kept[(kept >= 0) & (kept < length)]
+            self._seen[quantity] += length
+            self._found[quantity].append((track.instants.angle[rows], *track.values[rows].T))
+
+    @property
+    def samples(self) -> dict[str, PointSamples]:
+        """Motion of the point at all recorded samples, by quantity."""
+        return {
+            name: PointSamples(*map(np.concatenate, zip(*found, strict=True))) for name, found in self._found.items()
+        }
+
+
+def _span_ends_of_last_turn(count: int, steps_per_revolution: int, spans: int) -> Array:
+    """Return the numbers of the samples at the ends of equal spans of a run's last revolution (`spans` + 1,).
+
+    Args:
+        count: samples of the whole run.
+        spans: number of spans; ends coincide where a revolution has fewer steps."""
+    first = max(0, count - 1 - steps_per_revolution)
+    return np.asarray(first + np.linspace(0, count - 1 - first, spans + 1).astype(int))

@@ -13,13 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from markupsafe import Markup, escape
 
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS
 from conrod.report.charts.styles import colour, label
 from conrod.report.html.page import html_template
 from conrod.report.kind import Part
 from conrod.report.numbers import ROUNDING
+from conrod.studies.validation.motion_curves import PAGE_UNITS
 from conrod.studies.validation.moving_drawing import MAX_POWER, POSES, MovingMachine, moving_machine, transforms
 from conrod.studies.validation.results import SceneStudy
 
@@ -100,7 +101,6 @@ def _curve_path(line: PanelCurve, heights: Array) -> str:
 
 
 DASHES = ("", "6 3", "2 3", "8 3 2 3")  # of an engine's presets, in their order
-PAGE_UNITS = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration": ("m/s²", 1.0)}
 
 
 def machine_html(part: Part[SceneStudy], anchor: str) -> str:
@@ -164,7 +164,8 @@ def _panels(machine: MovingMachine) -> list[Markup]:
     scene, at, found = machine.study.scene, machine.still / POSES, list[Markup]()
     motion = scene.motion(machine.angles[::2], scene.speed).point(scene.output)
     along, ends = np.linspace(0.0, 1.0, len(machine.angles[::2])), machine.ends
-    for quantity, (unit, factor) in PAGE_UNITS.items():
+    for quantity in QUANTITIES:
+        unit, factor = PAGE_UNITS[quantity]
         values = factor * getattr(motion, quantity)
         exact = [PanelCurve(along, values[:, k], -1, f'class="{name}"') for k, name in enumerate("xy")]
         found.append(panel_svg(f"{quantity} of {scene.output} [{unit}]: x, and y dashed", exact, ends, at))

@@ -17,7 +17,15 @@ from conrod.report.results import scene_summary, scene_verdict
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.scenes import Scene
 from conrod.studies.validation import tables as validation_tables
-from conrod.studies.validation.results import Curve, PoseErrors, SceneStudy, ValidationResult, drawable_runs
+from conrod.studies.validation.motion_curves import marked_runs, motion_words
+from conrod.studies.validation.results import (
+    Curve,
+    PointSamples,
+    PoseErrors,
+    SceneStudy,
+    ValidationResult,
+    drawable_runs,
+)
 
 GRID_SHARE = 1e-4  # of a curve's span: less cannot be seen in a figure
 ERROR_DIGITS, POSE_DIGITS = 4, 3
@@ -27,11 +35,17 @@ ERROR_DIGITS, POSE_DIGITS = 4, 3
 
 
 def _drawable_study(study: SceneStudy) -> SceneStudy:
-    """Return the study with its curves rounded to the digits that a figure can show."""
-    return replace(study, results=tuple(map(_drawable_result, study.results)))
+    """Return the study with its curves rounded to the digits that a figure can show.
+
+    Of the samples that the figure of motion marks, the runs take turns, so that no mark covers another.
+    """
+    drawn = drawable_runs(study.results)
+    turns = {id(run): slice(place, None, len(drawn)) for place, run in enumerate(drawn)}
+    results = (_drawable_result(run, turns.get(id(run), slice(None))) for run in study.results)
+    return replace(study, results=tuple(results))
 
 
-def _drawable_result(result: ValidationResult) -> ValidationResult:
+def _drawable_result(result: ValidationResult, marked: slice) -> ValidationResult:
     curves = result.curves and {
         point: {
             quantity: Curve(_round_to_span(curve.error_angle), _round_array(curve.error, ERROR_DIGITS))
@@ -44,7 +58,11 @@ def _drawable_result(result: ValidationResult) -> ValidationResult:
         # Rounding noise is drawn as zero, however magnified.
         values = np.where(np.abs(poses.values) < numbers.ROUNDING, 0.0, poses.values)
         poses = PoseErrors(_round_to_span(poses.angle), _round_array(values, POSE_DIGITS))
-    return replace(result, curves=curves, poses=poses)
+    samples = result.samples and {
+        quantity: PointSamples(_round_to_span(one.angle[marked]), *_round_to_span(np.array([one.x, one.y])[:, marked]))
+        for quantity, one in result.samples.items()
+    }
+    return replace(result, curves=curves, poses=poses, samples=samples)
 
 
 def _round_array(values: Any, digits: int) -> Any:
@@ -52,9 +70,10 @@ def _round_array(values: Any, digits: int) -> Any:
 
 
 def _round_to_span(values: Any) -> Any:
-    """Round values to a power of ten, at most `GRID_SHARE` of their span."""
-    span = float(np.ptp(values)) if len(values) else 0.0
-    return values if span == 0.0 else np.round(values, -int(np.floor(np.log10(GRID_SHARE * span))))
+    """Round values (K,) or (2, K) to a power of ten, at most `GRID_SHARE` of their span."""
+    span = float(np.ptp(values, axis=-1).max()) if np.size(values) else 0.0
+    # Adding zero makes -0.0 a plain zero.
+    return values if span == 0.0 else np.round(values, -int(np.floor(np.log10(GRID_SHARE * span)))) + 0.0
 
 
 def _summary(study: SceneStudy) -> dict[str, Any]:
@@ -81,11 +100,13 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
     """Return the figures of a scene's page by name; error figures only if a run completed."""
     from conrod.report.drawing.drawing import mechanism_svg
     from conrod.studies.validation.charts import error_figure, refinement_figure
+    from conrod.studies.validation.motion_chart import motion_figure
     from conrod.studies.validation.moving_drawing import animated_svg, moving_machine
 
     name = study.name
     drawn: dict[str, tuple[str, Any]] = {
-        "mechanism": (f"The mechanism of {name} with its dimensions", partial(mechanism_svg, study.scene))
+        "mechanism": (f"The mechanism of {name} with its dimensions", partial(mechanism_svg, study.scene)),
+        "motion": (motion_words(study), partial(motion_figure, study)),
     }
     if machine := moving_machine(study):
         magnified = f"its error magnified 10^{machine.power(machine.runs[0])} times"
@@ -96,6 +117,11 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
     if any(run.refinement for run in study.results):
         drawn["order"] = (f"Error of {name} against step size", partial(refinement_figure, study))
     return {which: Figure(f"{name}-{which}", alt, draw) for which, (alt, draw) in drawn.items()}
+
+
+def has_marks(study: SceneStudy) -> bool:
+    """Return True if samples of a run were saved, so that the figure of motion marks them."""
+    return bool(marked_runs(study))
 
 
 def break_angles_text(scene: Scene) -> str:

@@ -62,6 +62,20 @@ class PoseErrors:
 
 
 @dataclass(frozen=True)
+class PointSamples:
+    """Samples of a quantity of the scene's output point, in the last revolution of a run.
+
+    Attributes:
+        angle: crank angles (K,) [rad] that the crank reached.
+        x, y: components (K,) that the engine reports there, in SI.
+    """
+
+    angle: Array
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
 class RefinementPoint:
     """A run of a refinement path: largest errors of all observed points, None unless completed."""
 
@@ -122,6 +136,7 @@ class ValidationResult(JudgedResult):
             equations.
         curves: errors along the run by point and quantity, for figures.
         poses: pose errors of the bodies, for an animated drawing.
+        samples: motion of the scene's output point by quantity, for the figure of motion.
         qualified: verdicts on planted defects; None if none were planted.
     """
 
@@ -142,6 +157,7 @@ class ValidationResult(JudgedResult):
     misfit: Mapping[str, Mapping[str, float]] | None = None
     curves: Mapping[str, Mapping[str, Curve]] | None = None
     poses: PoseErrors | None = None
+    samples: Mapping[str, PointSamples] | None = None
     qualified: Qualification | None = None
 
     @property
