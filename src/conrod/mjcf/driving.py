@@ -6,6 +6,8 @@ import copy
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from math import isfinite
 
 import mujoco
 import numpy as np
@@ -21,7 +23,7 @@ from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.mjcf.equalities import closure_name, constraint_violations, row_equalities
+from conrod.mjcf.equalities import closure_name, constraint_violations, row_equalities, violation_reader
 from conrod.mjcf.force_watch import ForceWatch
 from conrod.mjcf.loading import FoundPoint, name_or_number
 
@@ -76,14 +78,23 @@ class Drives:
         driven = [np.arange(model.nv)[joint.rates] for joint in (*machine.driven, *self.held)]
         set_armature(model, np.concatenate(driven).tolist(), self.armature)
 
-    def write(self, data: mujoco.MjData, time: float) -> None:
-        """Write the driven coordinates and rates at a time."""
-        for joint, law in self.joints:
-            value, rate, *_ = law.derivatives(np.array([time]))[:, 0]
-            data.qpos[joint.coordinate], data.qvel[joint.rate] = value, rate
-        for joint in self.held:
-            data.qvel[joint.rates] = 0.0
-            data.qpos[joint.coordinates] = self.machine.knots[0].coordinates[joint.coordinates, 0]
+    def writer(self, times: Array) -> Callable[[mujoco.MjData, int], None]:
+        """Return a function that writes the driven coordinates and rates at the k-th of the times (N,) [s]."""
+        # All at once: a law is a few array operations, which cost as much for one time as for a hundred.
+        laws = [(joint.coordinate, joint.rate, law.derivatives(times)[:2].T) for joint, law in self.joints]
+        held = [
+            (joint.rates, joint.coordinates, self.machine.knots[0].coordinates[joint.coordinates, 0])
+            for joint in self.held
+        ]
+
+        def write(data: mujoco.MjData, k: int) -> None:
+            coordinates, rates = data.qpos, data.qvel
+            for coordinate, rate, values in laws:
+                coordinates[coordinate], rates[rate] = values[k]
+            for stopped, places, still in held:
+                rates[stopped], coordinates[places] = 0.0, still
+
+        return write
 
     @contextmanager
     def pushing_flywheels(self) -> Iterator[None]:
@@ -95,10 +106,15 @@ class Drives:
         kind = "passive" if off else "control"
         callback, set_callback = (getattr(mujoco, f"{verb}_mjcb_{kind}") for verb in ("get", "set"))
 
+        @lru_cache(1)  # two stages of RK4 are at one time, and the last one is where the next step begins
+        def forces(time: float) -> list[tuple[int, float]]:
+            now = np.array([time])
+            return [(joint.rate, self.armature * law.derivatives(now)[2, 0]) for joint, law in self.joints]
+
         def push(_: mujoco.MjModel, data: mujoco.MjData) -> None:
-            now = np.array([data.time])
-            for joint, law in self.joints:
-                data.qfrc_applied[joint.rate] = self.armature * law.derivatives(now)[2, 0]
+            applied = data.qfrc_applied
+            for rate, force in forces(data.time):
+                applied[rate] = force
 
         before = callback()
         set_callback(push)
@@ -123,17 +139,20 @@ def driven_run(
     model.opt.disableflags |= compat.disable_bit("AUTORESET")
     drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
     set_exact_state(data, motion)
-    step, joined = float(model.opt.timestep), list[str]()
+    joined = dict[str, NDArray[np.intp]]()
+    write = drives.writer(float(model.opt.timestep) * np.arange((len(motion.times) - 1) * every + 1.0))
+    rows_of = _cached_closure_rows(model)
 
     def forces(aside: mujoco.MjData) -> tuple[Array, Array]:
         by_row, torques = carried_forces(machine, original, plain, aside)
-        rows = {name: own for name, own in closure_rows(model, aside).items() if len(own) >= 3}
-        joined[:] = rows
+        rows = {name: own for name, own in rows_of(aside).items() if len(own) >= 3}
+        joined.clear()
+        joined.update(rows)
         return torques, np.array([by_row[own[:3]] for own in rows.values()])
 
     with drives.pushing_flywheels():
         run, seen = record_run(
-            machine.tree, model, data, points, motion.times, every, lambda done: drives.write(data, done * step),
+            machine.tree, model, data, points, motion.times, every, lambda done: write(data, done),
             forces if carried else lambda _: (), touching,
         )  # fmt: skip
     if not carried:
@@ -156,6 +175,7 @@ def record_run(
     It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
     """
     aside, rows, reason, watch = mujoco.MjData(model), list[tuple[Array, ...]](), "", ForceWatch(model, touching)
+    violations = violation_reader(model, tree.extent)
     with silence_warnings():
         for k in range(len(times)):
             if k:
@@ -165,9 +185,9 @@ def record_run(
             forward_copy(model, data, aside)
             watch.sample(aside)
             motion = np.array([point.motion(model, aside) for point in points])
-            gaps = closure_violations(tree, model, aside)
+            acting = list(dict.fromkeys(row_equalities(aside).tolist()))
             state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
-            rows.append((*state, motion, np.array(list(gaps.values())), *more(aside)))
+            rows.append((*state, motion, violations(aside)[acting], *more(aside)))
     if not reason and not np.all(np.isfinite(rows[-1][3])):
         reason = f"not finite at {float(data.time):.4g} s"
     coordinates, rates, accelerations, moved, opened, *seen = (np.array(column) for column in zip(*rows, strict=True))
@@ -175,7 +195,8 @@ def record_run(
     return LoopRecording(
         times[: len(rows)], coordinates.T, rates.T, accelerations.T,
         {point.name: moved[:, k].swapaxes(0, 1) for k, point in enumerate(points)},
-        dict(zip(gaps, opened.T, strict=True)), {}, {}, outcome if reason else Outcome.COMPLETED, reason,
+        dict(zip((closure_name(model, k) for k in acting), opened.T, strict=True)), {}, {},
+        outcome if reason else Outcome.COMPLETED, reason,
         watch.found,
     ), seen  # fmt: skip
 
@@ -209,7 +230,8 @@ def advance(
 def break_off_reason(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     """Why a run's numbers are no longer valid; empty if they are."""
     bad = bad_number_warnings(data)
-    if not bad and np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)):
+    # A sum is finite only where its terms are. One that overflows is of numbers that are none any more.
+    if not bad and isfinite(data.qpos.sum() + data.qvel.sum()):
         return ""
     reset = bool(bad) and not model.opt.disableflags & compat.disable_bit("AUTORESET")
     return (RESET_REASON if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")
@@ -220,6 +242,20 @@ def closure_rows(model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, NDArra
     rows = np.flatnonzero(data.efc_type[: data.nefc] == EQUALITY)
     ids = data.efc_id[rows]
     return {closure_name(model, int(e)): rows[ids == e] for e in dict.fromkeys(ids.tolist())}
+
+
+def _cached_closure_rows(model: mujoco.MjModel) -> Callable[[mujoco.MjData], dict[str, NDArray[np.intp]]]:
+    """Return `closure_rows` of a model, which looks names up again only where other closures act."""
+    last, rows = b"", dict[str, NDArray[np.intp]]()
+
+    def rows_of(data: mujoco.MjData) -> dict[str, NDArray[np.intp]]:
+        nonlocal last, rows
+        acting = data.efc_id[: data.ne].tobytes()
+        if acting != last:
+            last, rows = acting, closure_rows(model, data)
+        return rows
+
+    return rows_of
 
 
 def closure_violations(tree: SpatialTree, model: mujoco.MjModel, data: mujoco.MjData) -> dict[str, float]:

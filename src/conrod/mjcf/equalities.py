@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Iterable
 
 import mujoco
 import numpy as np
@@ -30,14 +31,29 @@ def row_equalities(data: mujoco.MjData) -> NDArray[np.int_]:
 
 def constraint_violations(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
     """Violation of each equality (neq,) [m], an angle times an extent [m]; 0 for inactive ones."""
-    found, ids, gaps = np.zeros(model.neq), row_equalities(data), data.efc_pos[: data.ne]
-    for index in dict.fromkeys(ids.tolist()):
-        left = gaps[ids == index]
-        found[index] = float(np.linalg.norm(left[:3])) * (extent if measures_angles(model, index) else 1.0)
-        if equality_kind(model, index) == "weld" and (scale := float(model.eq_data[index, 10])):
-            # MuJoCo has half of the turn's sine, times this scale.
-            found[index] = max(found[index], 2.0 * extent / scale * float(np.linalg.norm(left[3:])))
-    return found
+    return violation_reader(model, extent)(data)
+
+
+def violation_reader(model: mujoco.MjModel, extent: float) -> Callable[[mujoco.MjData], Array]:
+    """Return a function that gives the violations of a model's equalities, as in `constraint_violations`.
+
+    What an equality measures is looked up once for all data that it is called with.
+    """
+    lengths = [extent if measures_angles(model, k) else 1.0 for k in range(model.neq)]
+    # MuJoCo has half of the turn's sine, times a scale of the weld.
+    scales = [float(model.eq_data[k, 10]) if equality_kind(model, k) == "weld" else 0.0 for k in range(model.neq)]
+    turns = [2.0 * extent / scale if scale else 0.0 for scale in scales]
+
+    def violations(data: mujoco.MjData) -> Array:
+        found, ids, gaps = np.zeros(model.neq), row_equalities(data), data.efc_pos[: data.ne]
+        for index in dict.fromkeys(ids.tolist()):
+            left = gaps[ids == index]
+            found[index] = math.sqrt(left[:3].dot(left[:3])) * lengths[index]
+            if turns[index]:
+                found[index] = max(found[index], turns[index] * math.sqrt(left[3:].dot(left[3:])))
+        return found
+
+    return violations
 
 
 def measures_angles(model: mujoco.MjModel, index: int) -> bool:

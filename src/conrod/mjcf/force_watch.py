@@ -59,9 +59,9 @@ class ForceWatch:
         """Record all forces in data for which MuJoCo has computed them."""
         self.step(data)
         parts = (data.qfrc_bias, data.qfrc_passive, data.qfrc_actuator, data.qfrc_constraint)
-        self._scale = max(self._scale, *(float(np.abs(part).max(initial=0.0)) for part in parts))
+        self._scale = max(self._scale, float(np.abs(np.concatenate(parts)).max(initial=0.0)))
         self._record_passive(data)
-        for k in np.flatnonzero(data.actuator_force).tolist():
+        for k in data.actuator_force.nonzero()[0].tolist():
             self._record(kinds.ACTUATOR, _kind_and_name(self._model, "actuator", k),
                        float(data.actuator_force[k]), "")  # fmt: skip
         if self._handles:
@@ -134,9 +134,9 @@ class ForceWatch:
         model = self._model
         for name, kind in (("qfrc_fluid", kinds.FLUID), ("qfrc_gravcomp", kinds.COMPENSATION),
                            ("qfrc_adhesion", kinds.ADHESION)):  # fmt: skip
-            if largest := float(np.abs(getattr(data, name, 0.0)).max(initial=0.0)):
-                self._record(kind, "", largest, "")
-        if self._springs and np.any(data.qfrc_spring):
+            if (forces := getattr(data, name, None)) is not None and forces.any():
+                self._record(kind, "", float(np.abs(forces).max()), "")
+        if self._springs and data.qfrc_spring.any():
             for k in np.flatnonzero(_nonzero_mask(model, "jnt_stiffness", "jnt_stiffnesspoly")).tolist():
                 linear = joint_kind(model, k) in ("hinge", "slide") and not _nonzero_mask(
                     model, "jnt_stiffnesspoly", "jnt_springyield")[k]  # fmt: skip
@@ -145,7 +145,7 @@ class ForceWatch:
                 low, high = model.tendon_lengthspring[k]
                 stretch = float(data.ten_length[k] - np.clip(data.ten_length[k], low, high))
                 self._record_tendon(kinds.SPRING, k, float(model.tendon_stiffness[k]) * stretch)
-        if self._dampers and np.any(data.qfrc_damper):
+        if self._dampers and data.qfrc_damper.any():
             for k in np.flatnonzero(_nonzero_mask(model, "tendon_damping", "tendon_dampingpoly")).tolist():
                 self._record_tendon(kinds.DAMPER, k, float(model.tendon_damping[k] * data.ten_velocity[k]))
             damped = _nonzero_mask(model, "dof_damping", "dof_dampingpoly")

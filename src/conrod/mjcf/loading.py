@@ -171,6 +171,7 @@ POINT_OBJECTS = {
     "body": int(mujoco.mjtObj.mjOBJ_XBODY),
     "geom": int(mujoco.mjtObj.mjOBJ_GEOM),
 }
+NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 
 
 @dataclass(frozen=True)
@@ -193,7 +194,7 @@ class FoundPoint:
         mujoco.mj_objectVelocity(model, data, POINT_OBJECTS[self.kind], self.index, velocity, 0)
         mujoco.mj_objectAcceleration(model, data, POINT_OBJECTS[self.kind], self.index, acceleration, 0)
         # It is an accelerometer's: what rests reads the reaction to gravity.
-        fall = 0.0 if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else np.array(model.opt.gravity)
+        fall = 0.0 if model.opt.disableflags & NO_GRAVITY else model.opt.gravity
         return self.position(data), velocity[3:], acceleration[3:] + fall
 
 

@@ -159,9 +159,10 @@ def plain_run(one: Compared) -> tuple[Array, Array]:
     motion = one.bench.machine.motion(STEP * np.arange(STEPS + 1))
     data, seen = mujoco.MjData(one.written), []
     data.qpos[:], data.qvel[:] = motion.coordinates[:, 0], motion.rates[0, :, 0]
+    write = one.drives.writer(STEP * np.arange(STEPS + 1))
     with pushed(one):
         for k in range(STEPS + 1):
-            one.drives.write(data, k * STEP)
+            write(data, k)
             seen.append(data.qpos.copy())
             mujoco.mj_step(one.written, data)
     return np.array(seen).T, motion.coordinates

@@ -54,6 +54,7 @@ def detect_engine_stop(
 FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
 WARNING_KINDS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
 del WARNING_KINDS["mjNWARNING"]
+BAD_NUMBER_KINDS = {name: WARNING_KINDS[name] for name in BAD_NUMBER_WARNINGS}
 
 
 def warning_counts(data: mujoco.MjData) -> dict[str, int]:
@@ -64,7 +65,8 @@ def warning_counts(data: mujoco.MjData) -> dict[str, int]:
 
 def bad_number_warnings(data: mujoco.MjData) -> list[str]:
     """Names of the warnings that have occurred after which a run's numbers are meaningless."""
-    return [name for name in BAD_NUMBER_WARNINGS if data.warning[WARNING_KINDS[name]].number]
+    warnings = data.warning
+    return [name for name, kind in BAD_NUMBER_KINDS.items() if warnings[kind].number]
 
 
 class SampleSource(Protocol):
