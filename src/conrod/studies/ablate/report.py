@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from conrod.execution.paired_timing import PairedTiming
 from conrod.report import numbers
+from conrod.report.charts.styles import engine_title
 from conrod.report.kind import Kind
 from conrod.report.numbers import lengths
 from conrod.report.results import distrust_lines, distrust_words
@@ -143,6 +145,20 @@ def verdict(study: AblationStudy) -> str:
     return f"{study.name}: {found}"
 
 
+SPEED_UP = re.compile(r"\*\*([\d.]+ times)\*\*")  # in the words of `speed_up`
+
+
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say how many times as fast as the full model the minimal one is, by machine and engine."""
+    found = [
+        f"{name} {engine_title(engine)} {ratio[1]}"
+        for name, entry in entries.items()
+        for engine, words in entry["summary"]["findings"].items()
+        if (ratio := SPEED_UP.search(words))
+    ]
+    return f"The minimal model is as fast as the full one: {', '.join(found)}." if found else ""
+
+
 ABLATE_REPORT = Kind(
     name="ablate",
     findings=AblationStudy,
@@ -150,5 +166,6 @@ ABLATE_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=verdict,
+    headline=headline,
     digits=4,
 )
