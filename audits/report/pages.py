@@ -68,7 +68,7 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
     counts = Counter[str]()
     for entry in entries.values():
         counts.update(entry["summary"]["counts"])
-    found = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
+    found = ", ".join(f"{verdict} {count}" for verdict, count in counts.items() if count)
     return f"{counts.total()} printed items: {found}."
 
 

@@ -44,7 +44,8 @@ class SubReport:
     @property
     def line(self) -> str:
         """A line on it, with a link, as Markdown."""
-        return f"[{self.name}]({quote(self.page)}): {self.title}. {self.finding}".rstrip()
+        end = "" if self.title.endswith("?") else "."
+        return f"[{self.name}]({quote(self.page)}): {self.title}{end} {self.finding}".rstrip()
 
     def link_to(self, part: str) -> str:
         """Return a link to the page of a part, as Markdown."""

@@ -156,7 +156,7 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
         for engine, words in entry["summary"]["findings"].items()
         if (ratio := SPEED_UP.search(words))
     ]
-    return f"The minimal model is as fast as the full one: {', '.join(found)}." if found else ""
+    return f"The minimal model is faster than the full one: {', '.join(found)}." if found else ""
 
 
 ABLATE_REPORT = Kind(

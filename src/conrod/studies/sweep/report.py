@@ -202,8 +202,9 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
     for entry in entries.values():
         rows = [row for row in entry["summary"]["cheapest"] if row[0] == allowed and row[-1] != numbers.MISSING]
         cheapest.update(row[1] for row in sorted(rows, key=lambda row: float(row[-1]))[:1])
-    found = [f"{engine} on {count} of {len(entries)} machines" for engine, count in cheapest.most_common()]
-    return f"Cheapest for a position error of {allowed} L: {', '.join(found)}." if found else ""
+    found = [f"{engine} on {count}" for engine, count in cheapest.most_common()]
+    said = f"Cheapest for a position error of {allowed} L, on {len(entries)} machines"
+    return f"{said}: {', '.join(found)}." if found else ""
 
 
 SWEEP_REPORT = Kind(
