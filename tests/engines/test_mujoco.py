@@ -18,11 +18,13 @@ from conrod.engines import engine_named
 from conrod.engines.mujoco import MUJOCO_PRESETS, compat
 from conrod.engines.mujoco import model_edits as dressing
 from conrod.engines.mujoco.engine import without_loop_judgement
+from conrod.engines.mujoco.model import build
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.engines.variants import Ingredient
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
 from conrod.mechanism.loads import Distance, Elastic, Friction, Load, SpeedLine, Steady, TimePulse, Turn, Viscous
 from conrod.mechanism.mechanism import Mechanism
+from conrod.scenes import catalogue_scene
 
 MUJOCO: Any = engine_named("mujoco")
 FAST_SAW = SCENES["saw-500rpm"]
@@ -42,7 +44,7 @@ def minimal_of(machine: str) -> MuJoCoSettings:
 
 @cache
 def ingredients_of(machine: str) -> dict[str, Ingredient[MuJoCoSettings]]:
-    return {one.name: one for one in MUJOCO.ingredients(MACHINES[machine], minimal_of(machine))}
+    return {one.name: one for one in MUJOCO.ingredients(MACHINES[machine], minimal_of(machine)) if not one.refusal}
 
 
 def with_one(machine: str, name: str) -> MuJoCoSettings:
@@ -100,6 +102,60 @@ def test_an_ingredient_without_effect_is_detected(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(dressing, "MODEL_EDITS", edits | {"noslip": lambda root, tree, settings: None})
     assert not changes_the_model("saw", "noslip")
     assert changes_the_model("saw", "fwdinv")
+
+
+def test_free_bodies_have_six_freedoms_and_three_connects_a_pin() -> None:
+    counts = {}
+    for name in ("minimal", "free-bodies"):
+        settings = with_one("saw", name) if name != "minimal" else minimal_of("saw")
+        model = MUJOCO.stepper(FAST_SAW, settings).model
+        counts[name] = {"nv": model.nv, "connects": model.neq, "bodies": model.nbody, "excluded": model.nexclude}
+    # Crank, rod and slider: the rod's hinge becomes six degrees of freedom, and each of its two pins three connects.
+    assert counts["minimal"] == {"nv": 3, "connects": 1, "bodies": 4, "excluded": 0}
+    assert counts["free-bodies"] == {"nv": 8, "connects": 6, "bodies": 4, "excluded": 1}
+
+
+def test_a_machine_says_which_ingredients_it_cannot_have() -> None:
+    def refused(scene: Any) -> dict[str, str]:
+        return {one.name: one.refusal for one in MUJOCO.ingredients(scene, MUJOCO.minimal_settings(scene, STEPS))}
+
+    for scene in (PRESS, FAST_SAW):
+        assert {name for name, why in refused(scene).items() if why} == {"condim-3"}
+    geared, cam = refused(catalogue_scene("planetary-gear")), refused(CAM)
+    assert geared["free-bodies"] == "a rolling pair ties the joints of its wheels, which free bodies do not have"
+    assert (cam["free-bodies"], cam["gravity"]) == (
+        "no joint of the machine closes a loop",
+        "the machine is described without gravity",
+    )
+
+
+def test_free_bodies_report_the_same_motion_in_pieces() -> None:
+    settings = replace(with_one("saw", "free-bodies"), steps_per_revolution=60, timestep=FAST_SAW.period / 60)
+    whole = next(MUJOCO.run(FAST_SAW, settings, 1.0, 0.0, 60)).trajectory
+    parts = [one.trajectory for one in MUJOCO.run(FAST_SAW, settings, 1.0, 0.0, 7)]
+    assert np.array_equal(np.vstack([one.bodies.position.poses for one in parts]), whole.bodies.position.poses)
+    made = build(FAST_SAW, settings)
+    rest = made.tree.start[None]
+    # The rod two whole turns on: coordinates know it but for whole turns, which are counted from the sample before.
+    turned = rest + 2.0 * np.pi * np.array([[0, 0, 0, 0, 0, 2, 0, 0, 0]])
+    coordinates = made.coordinates(turned)
+    assert np.allclose(made.forward_kinematics(coordinates, np.zeros((1, 8)), turned[0])[0], turned, atol=1e-14)
+    assert np.allclose(made.forward_kinematics(coordinates, np.zeros((1, 8)))[0], rest, atol=1e-14)
+
+
+@pytest.mark.parametrize(("column", "tilted"), [(2, "rod"), (4, "rod"), (0, None), (6, None)])
+def test_a_free_body_out_of_the_plane_is_detected(column: int, tilted: str | None) -> None:
+    made = build(FAST_SAW, with_one("saw", "free-bodies"))
+    coordinates = made.coordinates(made.tree.start[None])
+    first = next(i for i in range(made.model.nq - 6) if made.model.joint("crank-pin").qposadr[0] == i)
+    coordinates[0, first + column] += 1e-3
+    assert made.find_tilted_body(coordinates) == tilted
+
+
+def test_forces_of_free_bodies_are_not_reported() -> None:
+    found = MUJOCO.forces(FAST_SAW, with_one("saw", "free-bodies"), 1.0)
+    assert found.drive_torque is None
+    assert "held by three connects" in found.unsupported["drive torque"]
 
 
 # -- settings and keys -----------------------------------------------------------------------------------------------

@@ -216,7 +216,8 @@ class CheckedPlugin(PluginEngine):
         """Fields of all ingredients of a minimal model, without the functions that add and remove them."""
         with catch_faults():
             found = self._plugin.ingredients(copy.deepcopy(machine), self._own_settings(minimal))
-            return [{name: getattr(one, name) for name in ("name", "meaning", "needed_by", "minimal")} for one in found]
+            names = ("name", "meaning", "needed_by", "minimal", "refusal")
+            return [{name: getattr(one, name) for name in names} for one in found]
 
     def ingredient_settings(
         self, of: tuple[Any, Any], place: int, added: bool, settings: PluginSettings

@@ -7,6 +7,7 @@ coordinate is zero in the start pose.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,13 +106,21 @@ class SpanningTree:
             columns.append(branch.sense * value)
         return np.column_stack(columns)
 
-    def forward_kinematics(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
-        """Poses and rates of the bodies (T, 3 n) from joint coordinates and rates (T, nv)."""
+    def forward_kinematics(
+        self, coordinates: Array, rates: Array, known: Mapping[str, tuple[Array, Array]] | None = None
+    ) -> tuple[Array, Array]:
+        """Poses and rates of the bodies (T, 3 n) from joint coordinates and rates (T, nv).
+
+        Args:
+            known: poses and rates (T, 3) of bodies that are known without their joints, by name.
+        """
         samples = len(coordinates)
         poses, speeds = np.zeros((samples, len(self.start))), np.zeros((samples, len(self.start)))
         for k, branch in enumerate(self.branches):
             i = self.mechanism.body_index[branch.child]
-            pose, speed = self._child_state(branch, poses, speeds, coordinates[:, k], rates[:, k])
+            pose, speed = (known or {}).get(branch.child) or self._child_state(
+                branch, poses, speeds, coordinates[:, k], rates[:, k]
+            )
             poses[:, 3 * i : 3 * i + 3], speeds[:, 3 * i : 3 * i + 3] = pose, speed
         return poses, speeds
 

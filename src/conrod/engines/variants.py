@@ -105,6 +105,7 @@ class Ingredient(Generic[AnyEngineSettings]):
         added, removed: return settings with the ingredient, and without it.
         needed_by: quantities that need the ingredient although the motion does not.
         minimal: whether the minimal model has the ingredient; it is then only removed.
+        refusal: reason why the machine cannot have the ingredient; empty if it can.
     """
 
     name: str
@@ -113,6 +114,12 @@ class Ingredient(Generic[AnyEngineSettings]):
     removed: SettingsChange[AnyEngineSettings]
     needed_by: tuple[Quantity, ...] = ()
     minimal: bool = False
+    refusal: str = ""
+
+
+# Reasons why a machine cannot have an ingredient.
+NO_CONTACT, NO_LOOPS = "the machine has no cam", "no joint of the machine closes a loop"
+NO_GRAVITY = "the machine is described without gravity"
 
 
 def model_edit_ingredient(
@@ -132,7 +139,7 @@ def model_edit_ingredient(
 
 
 def field_ingredient(
-    model: Any, name: str, meaning: str, *needed_by: Quantity, minimal: bool = False, **values: Any
+    model: Any, name: str, meaning: str, *needed_by: Quantity, minimal: bool = False, refusal: str = "", **values: Any
 ) -> Ingredient[Any]:
     """Ingredient that sets fields of the settings; with `minimal`, removing it sets them."""
     own = {name: getattr(model, name) for name in values}
@@ -144,4 +151,5 @@ def field_ingredient(
         lambda settings: with_fields(settings, **removed),
         needed_by,
         minimal,
+        refusal,
     )

@@ -165,15 +165,18 @@ def record_run(
     version: str,
 ) -> Iterator[Piece]:
     """Yield the pieces of a run whose samples come from a recorder at its start, MuJoCo's or MJX's."""
-    clock, end = -settings.timestep, None  # of the sample before
+    clock, end, poses = -settings.timestep, None, None  # of the sample before
 
     def record(first: int, times: Array) -> RecordedPiece:
-        nonlocal clock, end
+        nonlocal clock, end, poses
         states, sensors = recorder.next_samples(len(times))
         instants = sample_instants(made, times, states, sensors)
-        bodies = body_states(made, instants, states, sensors)
+        bodies = body_states(made, instants, states, sensors, poses)
+        poses = bodies.poses[-1]
         points = point_tracks(made, instants, sensors)
         end = end or detect_engine_stop(states[:, 0], first, clock, recorder.warnings, settings)
+        if end is None and (body := made.find_tilted_body(states[:, 1 : 1 + made.model.nq])):
+            end = RunVerdict(Outcome.OPENED, f"{body}: out of the plane of motion, in which its pins hold it")
         clock = float(states[-1, 0])
         return RecordedPiece(
             BodyTracks(bodies, bodies, bodies), points, states[:, 0], recorder.warnings,
@@ -238,10 +241,16 @@ def _acceleration(made: MuJoCoModel, sensors: Array, name: str) -> Array:
     return made.sensor_values(sensors, f"{name}.acceleration")[:, :2] + fall
 
 
-def body_states(made: MuJoCoModel, instants: Instants, states: Array, sensors: Array) -> BodyStates:
-    """Poses, rates and accelerations (T, 3 n) of all bodies."""
+def body_states(
+    made: MuJoCoModel, instants: Instants, states: Array, sensors: Array, before: Array | None = None
+) -> BodyStates:
+    """Poses, rates and accelerations (T, 3 n) of all bodies.
+
+    Args:
+        before: poses (3 n,) of the sample before; those of crank angle 0 by default.
+    """
     nq, nv = made.model.nq, made.model.nv
-    poses, speeds = made.forward_kinematics(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv])
+    poses, speeds = made.forward_kinematics(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv], before)
     read = [
         column
         for body in made.tree.mechanism.bodies

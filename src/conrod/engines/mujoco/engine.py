@@ -40,6 +40,7 @@ from conrod.mechanism.mechanism import CamContact
 
 
 MAX_KINEMATIC_STEPS = 20
+FREE_REASON = "pins of free bodies are held by three connects each, whose forces no joint reports"
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
@@ -196,7 +197,8 @@ class MuJoCo(Engine[MuJoCoSettings]):
     def forces(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
     ) -> ForceTracks:
-        if reason := self.refusal(machine, settings):
+        free = FREE_REASON if "free-bodies" in settings.dressing else None
+        if reason := self.refusal(machine, settings) or free:
             return unreported_forces(machine.kinematics.mechanism, reason)
         return forces(machine, settings, revolutions, start_angle)
 

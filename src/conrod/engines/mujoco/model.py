@@ -82,6 +82,11 @@ def apply_load_laws(model: mujoco.MjModel, tree: SpanningTree, begin: float = 0.
         mujoco.set_mjcb_act_bias(before)
 
 
+# Of free bodies out of the plane of motion [m, rad]: far above rounding; by its square, far below it, the points that
+# are seen in the plane are off.
+MAX_TILT = 1e-6
+
+
 @dataclass(frozen=True)
 class MuJoCoModel:
     """A compiled model with the spanning tree whose joint coordinates are its coordinates."""
@@ -108,24 +113,66 @@ class MuJoCoModel:
         """Model coordinates (T, nq) of poses (T, 3 n)."""
         found = np.zeros((len(poses), self.model.nq))
         found[:, [place for place, _ in self._joint_addresses]] = self.tree.coordinates(poses)
+        for place, _, own in self._free_bodies.values():
+            # A place in space, and the quaternion (cos a/2, 0, 0, sin a/2) of a rotation by a about z.
+            x, y, turn = poses[:, own].T
+            found[:, place : place + 7] = 0.0
+            columns = [place, place + 1, place + 3, place + 6]
+            found[:, columns] = np.column_stack([x, y, np.cos(0.5 * turn), np.sin(0.5 * turn)])
         return found
 
     def rates(self, poses: Array, rates: Array) -> Array:
         """Model rates (T, nv) of poses and their rates (T, 3 n)."""
         found = np.zeros((len(poses), self.model.nv))
         found[:, [rate for _, rate in self._joint_addresses]] = self.tree.rates(poses, rates)
+        for _, rate, own in self._free_bodies.values():
+            found[:, rate : rate + 6] = 0.0
+            found[:, [rate, rate + 1, rate + 5]] = rates[:, own]
         return found
 
-    def forward_kinematics(self, coordinates: Array, rates: Array) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv)."""
+    def forward_kinematics(self, coordinates: Array, rates: Array, before: Array | None = None) -> tuple[Array, Array]:
+        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv).
+
+        Args:
+            before: poses (3 n,) before the first ones, from which whole turns of free bodies are counted; those of
+                crank angle 0 by default.
+        """
+        known: dict[str, tuple[Array, Array]] = {}
+        for body, (place, rate, own) in self._free_bodies.items():
+            turn = 2.0 * np.arctan2(coordinates[:, place + 6], coordinates[:, place + 3])
+            # Whole turns are counted, so that the same bits come of a run wherever it is cut.
+            steps = np.diff(turn, prepend=(self.tree.start if before is None else before)[own][2])
+            turn = turn - 2.0 * np.pi * np.cumsum(np.rint(steps / (2.0 * np.pi)))
+            pose = np.column_stack([coordinates[:, place : place + 2], turn])
+            known[body] = pose, rates[:, [rate, rate + 1, rate + 5]]
         places, rate_places = [place for place, _ in self._joint_addresses], [rate for _, rate in self._joint_addresses]
-        return self.tree.forward_kinematics(coordinates[:, places], rates[:, rate_places])
+        return self.tree.forward_kinematics(coordinates[:, places], rates[:, rate_places], known)
 
     @cached_property
     def _joint_addresses(self) -> list[tuple[int, int]]:
-        """Indices in qpos and in qvel of the joint of each branch."""
+        """Indices in qpos and in qvel of the joint of each branch, or of the first coordinate of a free body."""
         joints = [self.model.joint(joint_name(self.tree, branch)) for branch in self.tree.branches]
         return [(int(joint.qposadr[0]), int(joint.dofadr[0])) for joint in joints]
+
+    @cached_property
+    def _free_bodies(self) -> dict[str, tuple[int, int, slice]]:
+        """Bodies with six degrees of freedom: first index in qpos and in qvel, and columns in poses (T, 3 n)."""
+        found = {}
+        for branch, (place, rate) in zip(self.tree.branches, self._joint_addresses, strict=True):
+            if self.model.joint(joint_name(self.tree, branch)).type[0] == mujoco.mjtJoint.mjJNT_FREE:
+                first = 3 * self.tree.mechanism.body_index[branch.child]
+                found[branch.child] = place, rate, slice(first, first + 3)
+        return found
+
+    def find_tilted_body(self, coordinates: Array) -> str | None:
+        """Name of a free body that has left the plane of motion in coordinates (T, nq), or None."""
+        size = max(1.0, float(np.abs(self.tree.start).max()))
+        for body, (place, _, _) in self._free_bodies.items():
+            # Height, and two components of the quaternion, which are half the tilts.
+            out = coordinates[:, [place + 2, place + 4, place + 5]]
+            if np.abs(out).max() > MAX_TILT * size:
+                return body
+        return None
 
     def inverse_weight(self, closure: str) -> float:
         """Compiled inverse weight [1/kg] of a closure, given its name."""

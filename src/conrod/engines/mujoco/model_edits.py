@@ -15,7 +15,9 @@ import numpy as np
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import add_element, format_numbers, format_short, get_section
 from conrod.engines.spanning_tree import SpanningTree
+from conrod.engines.variants import NO_CONTACT, NO_LOOPS
 from conrod.errors import unknown_choice
+from conrod.mechanism.loads import Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic, Revolute, Rolling, pin_points
 
 # MuJoCo refuses a bar between two pins that coincide, as on a crank whose arc is about its own axis.
@@ -158,6 +160,55 @@ def duplicate_closures(root: ET.Element, tree: SpanningTree, settings: MuJoCoSet
         equality.append(again)
 
 
+# Where a pin of free bodies is held, along its axis in link widths: bodies in space need a line, and not a point.
+PIN_PLACES = {"": 0.0, "/above": 1.5, "/below": -1.5}
+
+
+def free_pins(mechanism: Mechanism) -> list[Revolute]:
+    """Pins that free bodies are held by: all but the driven one, whose hinge has the flywheel."""
+    return [one for one in mechanism.joints if isinstance(one, Revolute) and one.name != mechanism.driver.joint]
+
+
+def free_bodies(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) -> None:
+    """Free every link that hangs on a pin, and hold all pins but the driven one by three connects along their axis.
+
+    Slides stay joints, because MuJoCo has no equality that is one.
+    """
+    parents = {child: parent for parent in root.iter() for child in parent}
+    world, pins = get_section(root, "worldbody"), free_pins(tree.mechanism)
+    for branch in tree.branches:
+        if branch.joint in pins:
+            element = body_element(root, branch.child)
+            parents[element].remove(element)
+            world.append(element)
+            x, y, turn = (float(value) for value in tree.start_pose(branch.child))
+            element.attrib |= {"pos": format_numbers([x, y, 0.0]), "euler": format_numbers([0.0, 0.0, turn])}
+            hinge = next(iter(element.iterfind("joint")))
+            element.remove(hinge)
+            element.insert(0, ET.Element("freejoint", name=hinge.get("name", "")))
+            if branch.parent != GROUND:
+                # MuJoCo lets no body collide with its parent: what may touch is the same with this edit and without it.
+                contact = get_section(root, "contact")
+                add_element(contact, "exclude", body1=branch.parent, body2=branch.child)
+    for pin in pins:
+        _hold_pin(root, pin, settings, link_width(tree))
+
+
+def _hold_pin(root: ET.Element, pin: Revolute, settings: MuJoCoSettings, width: float) -> None:
+    """Add the connects of a pin and their sites, but for those that close a loop anyway."""
+    stiffness = {"solref": format_numbers(settings.solref), "solimp": format_numbers(settings.solimp)}
+    equality = get_section(root, "equality")
+    for suffix, height in PIN_PLACES.items():
+        sites = []
+        for body, point in ((pin.a, pin.point_a), (pin.b, pin.point_b)):
+            sites.append(f"{pin.name}.{body}{suffix}")
+            if root.find(f".//site[@name='{sites[-1]}']") is None:
+                place = format_numbers([*point, height * width])
+                add_element(body_element(root, body), "site", name=sites[-1], pos=place)
+        if equality.find(f"connect[@name='{pin.name}{suffix}']") is None:
+            add_element(equality, "connect", name=pin.name + suffix, site1=sites[0], site2=sites[1], **stiffness)
+
+
 def set_attribute(place: str, name: str, value: str, root: ET.Element, *_: object) -> None:
     """Set an attribute of all elements at an XPath, except the driven joint."""
     for element in root.iterfind(place):
@@ -233,8 +284,9 @@ NOSLIP_ITERATIONS = 5
 # Evaluations; two are exact along a direction of Newton's method, as long as the set of acting constraints stays.
 LINE_SEARCH_EVALUATIONS = 5
 
-# Applied in this order: edits that remove a closure come before those that add one.
+# Applied in this order: what moves a body comes first, and edits that remove a closure come before those that add one.
 MODEL_EDITS: Mapping[str, Edit] = {
+    "free-bodies": free_bodies,
     "open-loops": open_loops,
     "redundant-closures": duplicate_closures,
     "no-contact": remove_contact,
@@ -255,7 +307,7 @@ MODEL_EDITS: Mapping[str, Edit] = {
     "passive-armature": partial(set_attribute, PASSIVE_JOINTS, "armature", str(PASSIVE_ARMATURE)),
 }
 # MuJoCo does not collide a body with its parent: of links in one plane it collides only those that a closure joins.
-LOOP_EDITS = ("open-loops", "redundant-closures", "touching-geoms")
+LOOP_EDITS = ("free-bodies", "open-loops", "redundant-closures", "touching-geoms")
 CONTACT_EDITS = ("no-contact", "condim-3")
 
 
@@ -274,10 +326,21 @@ def apply_edits(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) 
 
 
 def edit_refusal(mechanism: Mechanism, settings: MuJoCoSettings) -> str | None:
-    """Return the reason why an edit of the settings does not apply to the mechanism, or None."""
-    for name in settings.dressing:
-        if name in CONTACT_EDITS and not mechanism.cam_contacts:
-            return f"{name} is of a cam's contact, and there is none"
-        if name in LOOP_EDITS and mechanism.cam_contacts:
-            return f"{name} is of loops that joints close, and there are none"
-    return None
+    """Return which edit of the settings does not apply to the mechanism, and why, or None."""
+    refused = ((name, _reason_against(name, mechanism)) for name in settings.dressing)
+    return next((f"{name}: {reason}" for name, reason in refused if reason), None)
+
+
+def _reason_against(edit: str, mechanism: Mechanism) -> str:
+    """Reason why an edit does not apply to a mechanism; empty if it does."""
+    if edit in CONTACT_EDITS and not mechanism.cam_contacts:
+        return NO_CONTACT
+    if edit in LOOP_EDITS and mechanism.cam_contacts:
+        return NO_LOOPS
+    if edit == "free-bodies":
+        if mechanism.meshes:
+            return "a rolling pair ties the joints of its wheels, which free bodies do not have"
+        if any(isinstance(load.along, Turn) for load in mechanism.loads):
+            return "a load acts on the angle of a joint, which free bodies do not have"
+        return "" if free_pins(mechanism) else "no link but the crank hangs on a pin"
+    return ""

@@ -26,6 +26,7 @@ from conrod.engines.mujoco.model_edits import (
     edit_refusal,
 )
 from conrod.engines.variants import (
+    NO_GRAVITY,
     Grid,
     Ingredient,
     Knobs,
@@ -206,10 +207,13 @@ def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Ingredients:
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
     found = (*_optional_ingredients(minimal, contact, any(mechanism.gravity)), *_minimal_ingredients(minimal, contact))
-    # An optional ingredient must apply when added; one of the minimal model, when removed.
-    return tuple(
-        one for one in found if not edit_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal))
-    )
+
+    def refusal(one: Ingredient[MuJoCoSettings]) -> str:
+        # An optional ingredient must apply when added; one of the minimal model, when removed.
+        refused = edit_refusal(mechanism, (one.removed if one.minimal else one.added)(minimal)) or ""
+        return one.refusal or refused.partition(": ")[2]
+
+    return tuple(replace(one, refusal=refusal(one)) for one in found)
 
 
 def _optional_ingredients(minimal: MuJoCoSettings, contact: bool, heavy: bool) -> Iterator[Ingredient[MuJoCoSettings]]:
@@ -219,12 +223,18 @@ def _optional_ingredients(minimal: MuJoCoSettings, contact: bool, heavy: bool) -
     yield model_edit_ingredient("touching-geoms", overlap, IMPACT)
     layers = "the same shapes able to collide, each link in a layer of its own: looked at in each step, never touching"
     yield model_edit_ingredient("colliding-geoms", layers, IMPACT)
-    if heavy:
-        yield field_ingredient(minimal, "gravity", "the weight of all links", TORQUE, REACTIONS, WEAR, gravity=True)
+    weight, no_weight = "the weight of all links", "" if heavy else NO_GRAVITY
+    yield field_ingredient(minimal, "gravity", weight, TORQUE, REACTIONS, WEAR, refusal=no_weight, gravity=True)
     damping = f"{PASSIVE_DAMPING:g} N m s/rad on every hinge, {PASSIVE_DAMPING:g} N s/m on every slide, but the crank"
     yield model_edit_ingredient("passive-damping", damping, TORQUE, REACTIONS)
     armature = f"{PASSIVE_ARMATURE:g} kg m² on every hinge, {PASSIVE_ARMATURE:g} kg on every slide, but the crank"
     yield model_edit_ingredient("passive-armature", armature, TORQUE, REACTIONS)
+    free = (
+        "every link that hangs on a pin has six degrees of freedom, and every pin but the crank's is held by three "
+        "connects along its axis, as where each link is translated by itself; slides stay joints, for which MuJoCo has "
+        "no equality"
+    )
+    yield model_edit_ingredient("free-bodies", free, REACTIONS, WEAR)
     yield model_edit_ingredient("redundant-closures", "every connect a second time")
     yield model_edit_ingredient(
         "condim-3", "sliding friction of the roller on the cam, with MuJoCo's coefficients", TORQUE, REACTIONS, WEAR

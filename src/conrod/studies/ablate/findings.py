@@ -123,6 +123,7 @@ class EngineAblation:
         ingredients: verdicts in the order of the engine's list.
         variants: results of all models, the minimal model first.
         distrust: scenes and engines whose figures cannot be trusted, and why, in words; empty if all can.
+        absent: reasons why the machine cannot have ingredients of the engine, by name.
     """
 
     engine: str
@@ -133,10 +134,17 @@ class EngineAblation:
     ingredients: tuple[IngredientResult, ...]
     variants: tuple[VariantResult, ...]
     distrust: str = ""
+    absent: Mapping[str, str] = field(default_factory=dict)
 
     def variant(self, role: Role, ingredient: str = "") -> VariantResult | None:
         """Return the result of the model with a role and an ingredient; None if it was not run."""
         return next((v for v in self.variants if (v.role, v.ingredient) == (role, ingredient)), None)
+
+    @property
+    def needless(self) -> tuple[str, ...]:
+        """Names of the full model's ingredients that the minimal model has not, and whose verdict is free or costly."""
+        verdicts = (IngredientVerdict.FREE, IngredientVerdict.COSTLY)
+        return tuple(one.name for one in self.ingredients if not one.minimal and one.verdict in verdicts)
 
 
 @dataclass(frozen=True)

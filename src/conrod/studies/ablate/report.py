@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -16,6 +15,7 @@ from conrod.report.table import Cell, ColouredCell, Table, Tone, table
 from conrod.report.template import join_words
 from conrod.report.terminal import PrintedPart
 from conrod.studies.ablate.findings import (
+    JUDGED_ERRORS,
     MAX_EQUAL_ERROR_RATIO,
     MAX_NO_CHANGE,
     MIN_COST_RATIO,
@@ -90,7 +90,7 @@ def verdicts_table(engine: str, studies: Mapping[str, AblationStudy]) -> Table:
 
 
 def speed_up(found: EngineAblation) -> str:
-    """Say how much faster the minimal model is than the full one, and how their motions differ."""
+    """Say how many ingredients can go, how much cheaper that makes a step, and how the motions differ."""
     full = found.variant(Role.FULL)
     if full is None:
         return "There is no ingredient that could be added."
@@ -99,11 +99,43 @@ def speed_up(found: EngineAblation) -> str:
     changes = join_words([f"{numbers.measured_text(value)} in {quantity}" for quantity, value in full.change.items()])
     equal = max(full.change.values()) <= MAX_NO_CHANGE
     change = f"is equal within {numbers.quantity(MAX_NO_CHANGE)}" if equal else f"differs by at most {changes}"
-    ratio, _, interval = cost_text(full.cost).partition(" ")
-    return (
-        f"The minimal model is **{ratio} times** as fast as the full one {interval}, and the observed motion of the "
-        f"two {change}."
-    )
+    interval = cost_text(full.cost).partition(" ")[2]
+    return f"Of what a naive model contains, {_gain(found, interval)} The observed motion of the two {change}."
+
+
+def headline(studies: Mapping[str, AblationStudy]) -> str:
+    """Say what the largest gain of all machines and engines is; empty where no full model ran to its end."""
+    gains = [
+        (full.cost.ratio, name, found)
+        for name, study in studies.items()
+        for found in study.engines
+        if (full := found.variant(Role.FULL)) and full.cost and full.errors
+    ]
+    if not gains:
+        return ""
+    _, name, found = max(gains, key=lambda gain: gain[0])
+    return f"Of what a naive model of {name} contains in {engine_title(found.engine)}, {_gain(found)}"
+
+
+def _gain(found: EngineAblation, interval: str = "") -> str:
+    """The number of ingredients that can go, how much cheaper that makes a step, and the error then, as a clause."""
+    minimal, full = found.variants[0], found.variant(Role.FULL)
+    assert full is not None
+    assert full.cost is not None
+    ratio, count = cost_text(full.cost).partition(" ")[0], len(found.needless)
+    many = f"{count} ingredient{'s' * (count != 1)} can go"
+    own, other = minimal.errors or {}, full.errors or {}
+    larger = max(own[q] / max(other[q], MAX_NO_CHANGE) for q in JUDGED_ERRORS)
+    error = "the same error" if larger <= MAX_EQUAL_ERROR_RATIO else f"{numbers.measured_text(larger)} times the error"
+    return f"{many}: that makes a step **{ratio} times** cheaper {interval}{' ' * bool(interval)}at {error}."
+
+
+def absent_words(found: EngineAblation) -> str:
+    """Say which ingredients of the engine the machine cannot have, and why; empty if it can have all."""
+    reasons = dict.fromkeys(found.absent.values())
+    named = {reason: [name for name, why in found.absent.items() if why == reason] for reason in reasons}
+    parts = [f"{join_words(names)} ({reason})" for reason, names in named.items()]
+    return f"Not on this machine: {'; '.join(parts)}." if parts else ""
 
 
 # -- pages -------------------------------------------------------------------------------------------------------------
@@ -135,6 +167,8 @@ def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
             if found.ingredients:
                 yield ingredients_table(found, f"{study.name}, {found.engine}")
                 yield CAPTION + lengths(study.lengths)
+            if found.absent:
+                yield f"{found.engine}: {absent_words(found)}"
             yield speed_up(found).replace("**", "")
         yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())
 
@@ -145,20 +179,6 @@ def verdict(study: AblationStudy) -> str:
     return f"{study.name}: {found}"
 
 
-SPEED_UP = re.compile(r"\*\*([\d.]+ times)\*\*")  # in the words of `speed_up`
-
-
-def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say how many times as fast as the full model the minimal one is, by machine and engine."""
-    found = [
-        f"{name} {engine_title(engine)} {ratio[1]}"
-        for name, entry in entries.items()
-        for engine, words in entry["summary"]["findings"].items()
-        if (ratio := SPEED_UP.search(words))
-    ]
-    return f"The minimal model is faster than the full one: {', '.join(found)}." if found else ""
-
-
 ABLATE_REPORT = Kind(
     name="ablate",
     findings=AblationStudy,
@@ -166,6 +186,5 @@ ABLATE_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=verdict,
-    headline=headline,
     digits=4,
 )

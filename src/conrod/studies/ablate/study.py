@@ -94,7 +94,8 @@ def ablate_engine(
     """
     models, cases = require_capability(engine, ModelIngredients), AblationCases(name, scene, rounds)
     minimal = models.minimal_settings(scene, steps or default_steps(scene))
-    ingredients = models.ingredients(scene, minimal)
+    offered = models.ingredients(scene, minimal)
+    ingredients = [one for one in offered if not one.refusal]
     variants = minimal_variants(minimal, ingredients)
     guard = ReferenceGuard()
     runs = yield [cases.run_case(one.settings) for one in variants]
@@ -116,6 +117,7 @@ def ablate_engine(
         ingredients=_ingredient_results(ingredients, found),
         variants=tuple(found.values()),
         distrust=guard.distrust,
+        absent={one.name: one.refusal for one in offered if one.refusal},
     )
 
 
