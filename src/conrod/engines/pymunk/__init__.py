@@ -21,12 +21,13 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from conrod.engines.engine import DASHED, DOTTED, STOCK, EngineSettings, Machine, Preset
 from conrod.engines.numerics import NEAR_CHANGE_POINT, inverse_masses, iteration_matrix, joint_rows, poses_by_centres
+from conrod.engines.pymunk.distance_rods import DistanceRod, eliminate_rods
 from conrod.errors import unknown_choice
 from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import mass_ratio
@@ -44,12 +45,12 @@ CACHED_COUNTS = 128  # machines whose number of iterations is kept
 
 
 @lru_cache(CACHED_COUNTS)
-def iterations_needed(kinematics: Kinematics, speed: float) -> int:
+def iterations_needed(kinematics: Kinematics, speed: float, rods: tuple[DistanceRod, ...] = ()) -> int:
     """Iterations after which the solver's error in acceleration is 1 % of the scheme's own, at any step and start.
 
     That is the least N with |3/2 T^N M^-1 f| <= 0.01 x 5/12 h^2 |x''''| (module docstring), for 5000 steps per
     revolution; with more steps rounding is the larger error. Positions next to change points are left out, where N has
-    no bound.
+    no bound. Rods are distance joints, without mass.
     """
     mechanism, angle = kinematics.mechanism, kinematics.angles(START_POSITIONS)
     clear = ~kinematics.near_change(angle, NEAR_CHANGE_POINT)
@@ -60,9 +61,17 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
     if mechanism.loads:
         forces -= load_forces(mechanism, poses, rates, angle / speed)
     inverse = inverse_masses(mechanism, translating_bodies(mechanism))
+    for rod in rods:
+        inverse[rod.columns(mechanism)] = 0.0
     free = np.flatnonzero(inverse)
-    of_centres = poses_by_centres(mechanism, poses)[:, :, free]
+    by_centres = poses_by_centres(mechanism, poses)
+    of_centres = by_centres[:, :, free]
     start = 1.5 * inverse[free] * (np.swapaxes(of_centres, 1, 2) @ forces[:, :, None])[:, :, 0]
+    jacobian, constraints = kinematics.jacobian(poses) @ of_centres, list(_constraint_rows(kinematics))
+    if rods:
+        whole = kinematics.jacobian(poses) @ by_centres
+        jacobian, constraints, moved = eliminate_rods(kinematics, rods, whole, free, constraints)
+        of_centres = of_centres + by_centres @ moved
 
     def largest_derivative(of: list[Array], order: int) -> float:
         points = kinematics.point_derivatives(of)
@@ -76,8 +85,7 @@ def iterations_needed(kinematics: Kinematics, speed: float) -> int:
 
     step = 2.0 * np.pi / FINEST_STEPS
     allowed = ITERATION_ERROR_SHARE * 5.0 / 12.0 * step**2 * largest_derivative(derivatives, 4) * speed**2
-    jacobian = kinematics.jacobian(poses) @ of_centres
-    once = iteration_matrix(jacobian, inverse[free], _constraint_rows(kinematics))
+    once = iteration_matrix(jacobian, inverse[free], constraints)
     return _smallest_count(once, start, velocity_error, allowed)
 
 
@@ -118,6 +126,19 @@ def _constraint_rows(kinematics: Kinematics) -> Iterator[slice]:
 
 # Chipmunk's default: 0.9^60 of an error is left after a second, whatever the step.
 STOCK_BIAS = (1.0 - 0.1) ** 60
+STOCK_SLOP = 0.1  # [m]
+DISTANCE_RODS, LIGHT_RODS = "distance-rods", "light-rods"
+# Names of edits of a model, which ingredients of `conrod ablate` are made of; see `model_edits`.
+MODEL_EDITS = (
+    DISTANCE_RODS,
+    "filtered-shapes",
+    LIGHT_RODS,
+    "no-contact",
+    "open-loop",
+    "redundant-joints",
+    "touching-shapes",
+)
+LOOP_EDITS, CONTACT_EDITS = ("open-loop", "touching-shapes"), ("no-contact",)
 EQUAL_MASS_ITERATIONS = 16  # for one loop of equal masses, if the motion is not known
 
 
@@ -130,19 +151,32 @@ class PymunkSettings(EngineSettings):
     iterations: int = 10
     error_bias: float = STOCK_BIAS  # of the joints: share of an error left after a second
     collision_bias: float = STOCK_BIAS  # of contacts, likewise
-    collision_slop: float = 0.1  # [m], overlap that contacts may keep
+    collision_slop: float = STOCK_SLOP  # [m], overlap that contacts may keep
     gravity: bool = True
     cam_vertices: int = 4000
     rounded_state: bool = False  # of runs: to single precision, after each step
+    dressing: tuple[str, ...] = ()  # names of model edits, see `MODEL_EDITS`; kept sorted
 
     def __post_init__(self) -> None:
         # Chipmunk aborts the interpreter on most values out of these ranges.
         super().__post_init__()
+        for name in self.dressing:
+            if name not in MODEL_EDITS:
+                raise unknown_choice("dressing", name, MODEL_EDITS)
+        # Equal models have equal settings, and one key, in whatever order their edits were named.
+        object.__setattr__(self, "dressing", tuple(sorted(set(self.dressing))))
         check_count("iterations", self.iterations, 1, 10**6)
         check_count("cam_vertices", self.cam_vertices, 16, 10**5)
         check_number("error_bias", self.error_bias, 0.0, 1.0)
         check_number("collision_bias", self.collision_bias, 0.0, 1.0)
         check_number("collision_slop", self.collision_slop, 0.0, 1e6, "m")
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the fields as JSON values, without an empty `dressing`, which the keys of runs do not have."""
+        found = super().as_dict()
+        if not self.dressing:
+            del found["dressing"]
+        return found
 
     def time_constant(self, contact: bool) -> float:
         """Time constant -1 / ln(bias) [s]: the share bias^t of an error is left after a time t [s]."""

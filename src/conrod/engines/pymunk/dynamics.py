@@ -18,8 +18,10 @@ from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.numerics import frames_from_centres
 from conrod.engines.pymunk import PymunkSettings
+from conrod.engines.pymunk.distance_rods import add_rod_states
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import LoadForces, driven_loads
+from conrod.engines.pymunk.model_edits import apply_edits
 from conrod.engines.pymunk.space import PYMUNK_VERSION, PymunkSpace, build, build_free
 from conrod.engines.pymunk.stepping import advance, read_states
 from conrod.engines.run import RecordedPiece, record_pieces
@@ -63,7 +65,7 @@ def sample_instants(mechanism: Mechanism, h: float, times: Array, centres: Array
         centres: positions and angles of the centres of gravity (T, 3 n) [m, m, rad].
         rates: rates of `centres` (T, 3 n), each at the instant of its velocity.
     """
-    ahead = 0.0 if mechanism.cam_contacts else 0.5 * h
+    ahead = velocity_delay(mechanism, h)
     back = ahead - 0.5 * h
     driver, crank = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
     turn, spin = centres[:, crank].copy(), rates[:, crank].copy()
@@ -85,6 +87,11 @@ def sample_instants(mechanism: Mechanism, h: float, times: Array, centres: Array
         ahead=ahead,
         back=back,
     )
+
+
+def velocity_delay(mechanism: Mechanism, h: float) -> float:
+    """Time [s] from a sample to the instant of its velocity, with step h [s]; see `SampleInstants`."""
+    return 0.0 if mechanism.cam_contacts else 0.5 * h
 
 
 CHUNK_SAMPLES = 4096
@@ -132,9 +139,11 @@ def run(
     """Run a machine at constant crank speed, and yield its pieces of `steps` steps."""
     made = build_at_angle(machine, settings, start_angle)
     pushes, known = driven_loads(made, settings), read_states(made)
+    # Rotations of rods without a body, at the first of the known samples.
+    turns_of_rods = made.rod_rotations(machine.kinematics.poses(np.array([start_angle]))[0]) if made.rods else []
 
     def record(_: int, times: Array) -> RecordedPiece:
-        nonlocal known
+        nonlocal known, turns_of_rods
         # The engine sums speed x step; angles from the step index do not drift. They are written at every step, because
         # the drift of a revolution, corrected at once, would be seen in the acceleration.
         begins = times[len(known[0]) - 1 : -1]
@@ -142,8 +151,12 @@ def run(
         loading = (pushes.apply_for_step, begins) if pushes else None
         found = advance(made, settings.timestep, turns, known, loading, settings.rounded_state)
         known = found[0][-PRECEDING_SAMPLES:], found[1][-PRECEDING_SAMPLES:]
-        at = sample_instants(made.mechanism, settings.timestep, times, *found)
-        return RecordedPiece(body_tracks(made.mechanism, at, *found), point_tracks(made.mechanism, at, *found))
+        if made.rods:
+            ahead = velocity_delay(made.mechanism, settings.timestep)
+            found = add_rod_states(made.whole, made.mechanism, made.rods, found, ahead, turns_of_rods)
+            turns_of_rods = made.rod_rotations(found[0][-PRECEDING_SAMPLES:][0])
+        at = sample_instants(made.whole, settings.timestep, times, *found)
+        return RecordedPiece(body_tracks(made.whole, at, *found), point_tracks(made.whole, at, *found))
 
     return record_pieces(machine, settings, PYMUNK_VERSION, revolutions, start_angle, steps, record, PRECEDING_SAMPLES)
 
@@ -157,6 +170,7 @@ def crank_angles(machine: Machine, times: Array) -> Array:
 def build_at_angle(machine: Machine, settings: PymunkSettings, start_angle: float) -> PymunkSpace:
     """Build the machine's space in the exact state at a crank angle [rad]."""
     made = build(machine, settings)
+    apply_edits(made, settings)
     poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
     made.set_states(poses[0], slopes[0] * machine.speed)
     return made

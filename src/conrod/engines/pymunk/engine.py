@@ -11,7 +11,16 @@ import pymunk
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import STOCK, DescribedMachine, Engine, Machine, run_extent
 from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
-from conrod.engines.pymunk import PYMUNK_PRESETS, PymunkSettings, dynamics, error_bound, forces, space, variants
+from conrod.engines.pymunk import (
+    PYMUNK_PRESETS,
+    PymunkSettings,
+    dynamics,
+    error_bound,
+    forces,
+    ingredients,
+    space,
+    variants,
+)
 from conrod.engines.pymunk.dynamics import build_at_angle as start_of
 from conrod.engines.pymunk.dynamics import crank_angles
 from conrod.engines.pymunk.error_bound import shape_error
@@ -188,7 +197,7 @@ def reference_loop() -> PymunkStepper:
 
 
 class Pymunk(Engine[PymunkSettings]):
-    """pymunk through its `Space`, with all capabilities except ingredients."""
+    """pymunk through its `Space`, with all capabilities."""
 
     name = "pymunk"
     version = space.PYMUNK_VERSION
@@ -206,6 +215,8 @@ class Pymunk(Engine[PymunkSettings]):
     with_time_constant = staticmethod(variants.with_time_constant)
     with_regularisation = staticmethod(variants.with_regularisation)
     grid = staticmethod(variants.rules)
+    minimal_settings = staticmethod(ingredients.minimal_settings)
+    ingredients = staticmethod(ingredients.ingredients)
 
     @property
     def releases(self) -> Releases:

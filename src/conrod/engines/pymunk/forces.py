@@ -42,11 +42,13 @@ FIRST_SAMPLE = 3  # index of the first sample whose acceleration is reported
 SAMPLES_PER_MEAN = 16  # over which forces are averaged on machines with contact
 GEAR_REASON = "pymunk's GearJoint turns two bodies against each other by a pure moment; no force acts where they roll"
 
+EDITED_REASON = "the model is edited: forces are computed of links and joints as the machine has them"
+
 
 def forces(machine: Machine, settings: PymunkSettings, revolutions: float, start_angle: float = 0.0) -> ForceTracks:
     """Drive torque and reactions of a run at constant crank speed, from the third step on."""
     mechanism = machine.kinematics.mechanism
-    reason = refusal(machine, settings)
+    reason = refusal(machine, settings) or (EDITED_REASON if settings.dressing else None)
     if reason:
         return unreported_forces(mechanism, reason)
     made = build_at_angle(machine, settings, start_angle)
@@ -84,7 +86,7 @@ def expected_forces(
     those at x_n and the rate extrapolated to t_n, v_(n-1) + (v_(n-1) - v_(n-2)) / 2.
     """
     mechanism = machine.kinematics.mechanism
-    if settings.error_bias > 0.0 or mechanism.cam_contacts or refusal(machine, settings):
+    if settings.error_bias > 0.0 or mechanism.cam_contacts or settings.dressing or refusal(machine, settings):
         return None
     centred, h = with_crank_centred(mechanism), settings.timestep
     steps = round(settings.steps_per_revolution * revolutions)

@@ -14,8 +14,17 @@ import pymunk
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import centre_state
-from conrod.engines.pymunk import PymunkSettings
+from conrod.engines.pymunk import CONTACT_EDITS, DISTANCE_RODS, LIGHT_RODS, LOOP_EDITS, PymunkSettings
+from conrod.engines.pymunk.distance_rods import (
+    NO_ROD,
+    DistanceRod,
+    body_columns,
+    find_rods,
+    with_light_rods,
+    without_rods,
+)
 from conrod.engines.pymunk.gears import gear_ties, gears_refusal
+from conrod.engines.variants import NO_CONTACT, NO_LOOPS
 from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import Profile
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
@@ -28,13 +37,15 @@ ConstantForces = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies, 
 class PymunkSpace:
     """A space with the bodies and constraints of a mechanism."""
 
-    mechanism: Mechanism  # as the engine has it, see `with_crank_centred`
+    mechanism: Mechanism  # as the engine has it, see `with_crank_centred`; without links that are distance joints
     space: pymunk.Space
     bodies: tuple[pymunk.Body, ...]
     # Applied again before every step, which clears them.
     constant_forces: ConstantForces
     names: dict[pymunk.Constraint, str]  # name of each constraint's joint
     driven: bool  # whether the crank is a kinematic body whose angle is written
+    whole: Mechanism  # with all links
+    rods: tuple[DistanceRod, ...] = ()  # links without a body
 
     @property
     def crank(self) -> pymunk.Body:
@@ -43,12 +54,19 @@ class PymunkSpace:
 
     def set_states(self, poses: Array, rates: Array) -> None:
         """Set the bodies to poses (3 n,) and rates (3 n,) of all links."""
+        if self.rods:
+            columns = body_columns(self.whole, self.mechanism)
+            poses, rates = poses[columns], rates[columns]
         for i, (link, body) in enumerate(zip(self.mechanism.bodies, self.bodies, strict=True)):
             own = slice(3 * i, 3 * i + 3)
             gx, gy, turn, vx, vy, spin = centre_state(link, poses[own], rates[own])
             body.position, body.angle = (gx, gy), turn
             body.velocity, body.angular_velocity = (vx, vy), spin
         self.space.reindex_shapes_for_body(self.space.static_body)
+
+    def rod_rotations(self, state: Array) -> list[float]:
+        """Rotations [rad] of the rods without a body, in a state (3 n,) of all links."""
+        return [float(state[3 * self.whole.body_index[rod.link] + 2]) for rod in self.rods]
 
     def add_constraint(self, name: str, constraint: pymunk.Constraint) -> None:
         """Add a constraint of the joint of this name."""
@@ -90,14 +108,26 @@ MAX_WEDGE_FACETS = 240
 def refusal(machine: Machine, settings: PymunkSettings) -> str | None:
     """Return the reason why these settings cannot be used on this machine, or None."""
     mechanism = machine.kinematics.mechanism
-    return contact_refusal(mechanism) or gears_refusal(mechanism)
+    return contact_refusal(mechanism) or gears_refusal(mechanism) or edit_refusal(mechanism, settings)
+
+
+def edit_refusal(mechanism: Mechanism, settings: PymunkSettings) -> str | None:
+    """Return the reason why an edit of the settings does not apply to the mechanism, or None."""
+    for name in settings.dressing:
+        if name in LOOP_EDITS and mechanism.cam_contacts:
+            return f"{name}: {NO_LOOPS}"
+        if name in CONTACT_EDITS and not mechanism.cam_contacts:
+            return f"{name}: {NO_CONTACT}"
+        if name in (DISTANCE_RODS, LIGHT_RODS) and not find_rods(mechanism):
+            return f"{name}: {NO_ROD}"
+    return None
 
 
 def build(machine: Machine, settings: PymunkSettings) -> PymunkSpace:
     """Build the space of a driven machine, with the bodies in the exact pose at crank angle 0.
 
     A link on a slide of the ground cannot rotate, so it gets an infinite moment and a groove at its centre of gravity.
-    The driven crank is a kinematic body, so its speed has no ripple.
+    The driven crank is a kinematic body, so its speed has no ripple. Rods are what the settings' edits make of them.
     """
     kinematics = machine.kinematics
     return _build_space(with_crank_centred(kinematics.mechanism), settings, kinematics.start[0], driven=True)
@@ -110,6 +140,9 @@ def build_free(mechanism: Mechanism, settings: PymunkSettings, poses: Array) -> 
 
 def _build_space(mechanism: Mechanism, settings: PymunkSettings, start: Array, driven: bool) -> PymunkSpace:
     """Build the space with all bodies, joints, gears and shapes."""
+    whole = with_light_rods(mechanism) if LIGHT_RODS in settings.dressing else mechanism
+    rods = find_rods(whole) if DISTANCE_RODS in settings.dressing else ()
+    mechanism = without_rods(whole, rods) if rods else whole
     space = pymunk.Space()
     space.iterations = settings.iterations
     space.gravity = mechanism.gravity if settings.gravity else (0.0, 0.0)
@@ -117,18 +150,20 @@ def _build_space(mechanism: Mechanism, settings: PymunkSettings, start: Array, d
     bodies = tuple(_create_body(mechanism, link.name, driven) for link in mechanism.bodies)
     space.add(*bodies)
     pushed = tuple((bodies[mechanism.body_index[name]], push) for name, push in mechanism.constant_forces.items())
-    made = PymunkSpace(mechanism, space, bodies, pushed, {}, driven)
+    made = PymunkSpace(mechanism, space, bodies, pushed, {}, driven, whole, rods)
     made.set_states(start, np.zeros_like(start))
     for joint in mechanism.joints:
         if not driven or joint.name != mechanism.driver.joint:
             _add_joint(made, joint, settings)
     # Phases are those of the start.
-    for name, tie in gear_ties(mechanism).items():
+    for name, tie in gear_ties(whole).items():
         (first, weight_first), (second, weight_second) = tie.items()
         ratio = -weight_second / weight_first
-        turns = [float(start[3 * mechanism.body_index[body] + 2]) for body in (first, second)]
+        turns = [float(start[3 * whole.body_index[body] + 2]) for body in (first, second)]
         gear = pymunk.GearJoint(made.body_of(first), made.body_of(second), ratio * turns[1] - turns[0], ratio)
         _add_constraint(made, name, gear, settings)
+    for rod in rods:
+        _add_constraint(made, rod.link, _pin_joint(made, rod), settings)
     return made
 
 
@@ -159,6 +194,14 @@ def _add_joint(made: PymunkSpace, joint: Joint, settings: PymunkSettings) -> Non
             assert_never(joint)
     for constraint in constraints:
         _add_constraint(made, joint.name, constraint, settings)
+
+
+def _pin_joint(made: PymunkSpace, rod: DistanceRod) -> pymunk.PinJoint:
+    """The distance joint of a rod without a body."""
+    anchors = made.to_body_frame(rod.a, rod.point_a), made.to_body_frame(rod.b, rod.point_b)
+    joint = pymunk.PinJoint(made.body_of(rod.a), made.body_of(rod.b), *anchors)
+    joint.distance = rod.length  # the one that pymunk measures has the rounding of the start pose
+    return joint
 
 
 def _add_constraint(made: PymunkSpace, name: str, constraint: pymunk.Constraint, settings: PymunkSettings) -> None:

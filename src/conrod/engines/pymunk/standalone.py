@@ -35,6 +35,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Point
 
+EDITED_REASON = "a module has links and joints as the machine has them, and no edits"
 ENTRY = 8  # indent of an entry in the module's dictionaries [characters]
 
 
@@ -46,7 +47,7 @@ def standalone_module(name: str, machine: DescribedMachine, settings: PymunkSett
     """
     if settings is None:
         settings = PymunkSettings.tuned(machine, default_steps(machine))
-    if reason := refusal(machine, settings):
+    if reason := refusal(machine, settings) or (EDITED_REASON if settings.dressing else None):
         raise InvalidInput(f"{name}: {reason}")
     mechanism = machine.kinematics.mechanism
     start_angle, revolutions = run_extent(machine, settings.steps_per_revolution, 2.0)
@@ -82,7 +83,7 @@ def standalone_free_module(
     Raises:
         InvalidInput: pymunk cannot have the machine; says why.
     """
-    if reason := refusal(machine, settings):
+    if reason := refusal(machine, settings) or (EDITED_REASON if settings.dressing else None):
         raise InvalidInput(f"{name}: {reason}")
     mechanism = machine.kinematics.mechanism
     made = build_free(mechanism, settings, start[0])
