@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -59,6 +61,15 @@ def _rounded(verdict: PrintedVerdict) -> PrintedVerdict:
         difference=None if difference is None else round(difference, DIFFERENCE) + 0.0,
         off=None if off is None else float(f"{off:.{OFF}g}"),
     )
+
+
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say how many printed items have which verdict."""
+    counts = Counter[str]()
+    for entry in entries.values():
+        counts.update(entry["summary"]["counts"])
+    found = ", ".join(f"{verdict} {count}" for verdict, count in counts.items() if count)
+    return f"{counts.total()} printed items: {found}."
 
 
 DOCUMENTS_REPORT = replace(

@@ -30,6 +30,7 @@ from conrod.exact.motion import Array
 from conrod.execution.files import folder_to_write
 from conrod.execution.writing import Batch as Files
 from conrod.execution.writing import write_together
+from conrod.report.subreports import report_mark
 from conrod.report.table import table
 from conrod.report.template import table_text
 from conrod.scenes import SCENES, Scene
@@ -210,7 +211,8 @@ def main() -> None:
     text = page(machines, found)
     print(text)
     if asked.out:
-        write_together([Files(folder_to_write(asked.out, "--out"), {"README.md": text})])
+        files = {"README.md": text, "results.json": report_mark("batch")}
+        write_together([Files(folder_to_write(asked.out, "--out"), files)])
 
 
 if __name__ == "__main__":

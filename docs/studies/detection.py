@@ -28,6 +28,7 @@ from conrod.report import numbers
 from conrod.report.charts.canvas import add_legend_above, drawing_style, set_log_axis, set_rows, svg_text
 from conrod.report.charts.styles import preset_style, preset_title
 from conrod.report.results import engine_and_preset
+from conrod.report.subreports import report_mark
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
@@ -264,7 +265,7 @@ def main() -> None:
         }
         folder: Path = folder_to_write(asked.out, "--out")
         (folder / "figures").mkdir(parents=True, exist_ok=True)
-        files = {"README.md": text, "detection.json": json_document(sizes)}
+        files = {"README.md": text, "detection.json": json_document(sizes), "results.json": report_mark("detection")}
         write_together([Batch(folder, files), Batch(folder / "figures", {"detection.svg": drawn})])
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from conrod.engines import environment
+from conrod.engines import engine_named, environment
 from conrod.errors import InvalidInput
 from conrod.execution.baseline import (
     BAND_DEVIATIONS,
@@ -21,6 +21,7 @@ from conrod.execution.baseline import (
     BaselineComparison,
     BaselineLine,
     Drift,
+    KeptCost,
     OtherBaseline,
     check_same_request,
     compare_baselines,
@@ -29,8 +30,10 @@ from conrod.execution.baseline import (
     write_baseline,
 )
 from conrod.execution.baseline_check import BaselineCheck, baseline_line, scene_lines
+from conrod.execution.paired_timing import PairedTiming
 from conrod.execution.result import SceneResults
-from conrod.scenes import SCENES, Scene
+from conrod.execution.run_cost import cost_of_run
+from conrod.scenes import SCENES, Scene, scene_named
 from conrod.studies.validation.results import Tolerance, ValidationResult
 
 ERROR, SPREAD = 4.6446e-5, 3e-13
@@ -356,3 +359,71 @@ def test_lines_of_a_baseline_are_results_by_engine_and_preset() -> None:
 def test_a_line_has_the_sizes_that_are_numbers() -> None:
     sizes = {"a": 1.0, "b": None, "c": float("nan"), "d": float("inf")}
     assert baseline_line("opened", None, sizes) == BaselineLine("opened", None, {"a": BandedNumber(1.0, 0.0)}, {})
+
+
+# -- costs -------------------------------------------------------------------------------------------------------------
+
+
+def priced(ratio: float, spread: float = 0.05) -> dict[str, KeptCost]:
+    return {"mujoco tuned": KeptCost(ratio, ratio - spread, ratio + spread)}
+
+
+@pytest.mark.parametrize(
+    ("ratio", "allowed", "fails"),
+    [(2.0, 1.5, True), (2.0, None, False), (1.1, 1.5, False), (1.55, 1.5, False), (0.5, 1.0, False)],
+)
+def test_cost_fails_where_its_whole_interval_is_above(
+    ratio: float, allowed: float | None, fails: bool, tmp_path: Path
+) -> None:
+    file = tmp_path / "b.json"
+    write_baseline(file, replace(kept(), costs=priced(1.0)))
+    check = BaselineCheck(file, False, {}, read_baseline(file), baseline(found()))
+    held = check.compare([found()], list, lambda one: one[0], costs=priced(ratio), cost_ratio=allowed)
+    assert held.passed is not fails
+    assert f"mujoco tuned: costs {ratio:.2f} of the baseline's" in held.text
+    assert held.text.startswith("too slow: ") is fails
+    # Motion is judged all the same, and accepting keeps the costs of now.
+    moved = found(2.0 * ERROR)
+    assert not check.compare([moved], list, lambda one: one[0], costs=priced(1.0), cost_ratio=allowed).passed
+    assert (
+        replace(check, accept=True)
+        .compare([found()], lambda _: [[found()]] * 4, lambda one: one[0], costs=priced(ratio))
+        .passed
+    )
+    assert read_baseline(file).costs == priced(ratio)
+
+
+def test_baseline_without_costs_says_how_to_keep_them(tmp_path: Path) -> None:
+    file = tmp_path / "b.json"
+    write_baseline(file, kept())
+    assert "costs" not in file.read_text(encoding="utf-8")
+    check = BaselineCheck(file, False, {}, read_baseline(file), baseline(found()))
+    assert check.compare([found()], list, lambda one: one[0]).passed
+    with pytest.raises(OtherBaseline, match="has no costs: accept it with --cost-ratio"):
+        check.compare([found()], list, lambda one: one[0], costs=priced(1.0))
+    text = json.dumps(
+        {
+            "conrod_baseline": 1,
+            **json.loads(file.read_bytes()),
+            "costs": {"a": {"ratio": 1.0, "low": -1.0, "high": 2.0}},
+        }
+    )
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInput, match="no interval above 0"):
+        read_baseline(file)
+
+
+def test_cost_of_a_run_is_a_ratio_to_the_reference_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = list[Any]()
+
+    def planted(one: Any, other: Any) -> PairedTiming:
+        made.append((one(), other()))
+        return PairedTiming(3.0, 2.9, 3.1, 1.0, 1.0, 24)
+
+    monkeypatch.setattr("conrod.execution.run_cost.time_stepper_pair", planted)
+    for name, timed in (("saw-40rpm", True), ("swinging-four-bar", False)):  # the latter makes one pass
+        scene = scene_named(name)
+        timing = cost_of_run(scene, engine_named("mujoco").presets["stock"](scene, 100))
+        assert (timing is not None) is timed
+    assert len(made) == 1
+    assert all(callable(stepper) for stepper in made[0])

@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -55,6 +55,15 @@ class BaselineLine:
 
 
 @dataclass(frozen=True)
+class KeptCost:
+    """CPU time of a step over that of the engine's reference loop: the median, and the interval that holds it."""
+
+    ratio: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Baseline:
     """All results of a validation.
 
@@ -63,12 +72,14 @@ class Baseline:
         hash: digest of that and of the scene.
         made_with: versions and platform.
         results: results by engine and preset, or by the label of a run.
+        costs: costs of these runs, by the same names; empty if they were not asked for.
     """
 
     of: Mapping[str, Any]
     hash: str
     made_with: Mapping[str, str]
     results: Mapping[str, BaselineLine]
+    costs: Mapping[str, KeptCost] = field(default_factory=dict)
 
 
 def read_baseline(file: Path) -> Baseline:
@@ -99,11 +110,17 @@ def _check_numbers(baseline: Baseline) -> None:
                 raise InvalidInput(f"{name}: {what} is {number.value}, no number")
             if not 0.0 < number.band < math.inf:
                 raise InvalidInput(f"{name}: the band of {what} is {number.band}: it has to be above 0, and finite")
+    for name, cost in baseline.costs.items():
+        if not 0.0 < cost.low <= cost.ratio <= cost.high < math.inf:
+            raise InvalidInput(f"{name}: its cost is {cost.ratio} in {cost.low} to {cost.high}, no interval above 0")
 
 
 def write_baseline(file: Path, baseline: Baseline) -> None:
     """Write a baseline, whole or not at all, with a number and its band on one line for readable diffs."""
-    text = json_document({MARK: SCHEMA, **plain_values(baseline)})
+    values = plain_values(baseline)
+    if not baseline.costs:
+        del values["costs"]
+    text = json_document({MARK: SCHEMA, **values})
     text = re.sub(r"[\[{][^\[\]{}]{,120}[\]}]", lambda found: re.sub(r"\n\s*", " ", found[0]), text)
     write_together([single_file(file, text)])
 
@@ -175,6 +192,33 @@ class Drift:
 
 
 @dataclass(frozen=True)
+class CostChange:
+    """Cost of a run over that in its baseline.
+
+    Attributes:
+        result: engine and preset.
+        ratio: cost now over cost then.
+        low, high: interval of the ratio, by those of both costs.
+        allowed: ratio above which it fails; None if it is not judged.
+    """
+
+    result: str
+    ratio: float
+    low: float
+    high: float
+    allowed: float | None = None
+
+    @property
+    def exceeded(self) -> bool:
+        """True if the whole interval is above the allowed ratio: noise is no verdict."""
+        return self.allowed is not None and self.low > self.allowed
+
+    def __str__(self) -> str:
+        judged = f", allowed {self.allowed:g}" if self.exceeded else ""
+        return f"{self.result}: costs {self.ratio:.2f} of the baseline's ({self.low:.2f} to {self.high:.2f}){judged}"
+
+
+@dataclass(frozen=True)
 class BaselineComparison:
     """Comparison of findings with their baseline.
 
@@ -183,6 +227,7 @@ class BaselineComparison:
         accepted: whether that was asked for.
         drifts: drifts from the results in the file.
         versions: versions that differ from those in the file, in words.
+        costs: costs over those in the file, of runs that have both.
     """
 
     file: Path
@@ -190,11 +235,12 @@ class BaselineComparison:
     accepted: bool = False
     drifts: tuple[Drift, ...] = ()
     versions: tuple[str, ...] = ()
+    costs: tuple[CostChange, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """True if an existing baseline shows no drift, or the drift was accepted."""
-        return self.accepted or not (self.written or self.drifts)
+        """True if an existing baseline shows no drift and no exceeded cost, or these were accepted."""
+        return self.accepted or not (self.written or self.drifts or any(one.exceeded for one in self.costs))
 
     @property
     def text(self) -> str:
@@ -203,7 +249,8 @@ class BaselineComparison:
         for _, same in groupby(self.drifts, key=lambda drift: drift.result):
             worst, *others = sorted(same, key=lambda drift: -(drift.digits or math.inf))
             lines.append(f"  {worst}" + (f" ({', '.join(one.what for one in others)} too)" if others else ""))
-        if self.versions and self.drifts:
+        lines += [f"{'too slow: ' if one.exceeded else ''}{one}" for one in self.costs]
+        if self.versions and (self.drifts or any(one.exceeded for one in self.costs)):
             lines.append(f"the baseline was made with {', '.join(self.versions)}")
         if self.written:
             first = f"no baseline yet: {self.file} is written, look at it, keep it, run again"
@@ -227,6 +274,15 @@ def compare_baselines(file: Path, before: Baseline, now: Baseline) -> BaselineCo
     was = before.made_with
     versions = [f"{k} {was[k]}, now {now.made_with.get(k)}" for k in was if now.made_with.get(k) != was[k]]
     return BaselineComparison(file, drifts=drifts, versions=tuple(versions))
+
+
+def compare_costs(before: Baseline, now: Baseline, allowed: float | None) -> tuple[CostChange, ...]:
+    """Compare the costs of runs that have one in both baselines."""
+    pairs = [(name, before.costs[name], cost) for name, cost in now.costs.items() if name in before.costs]
+    return tuple(
+        CostChange(name, cost.ratio / was.ratio, cost.low / was.high, cost.high / was.low, allowed)
+        for name, was, cost in pairs
+    )
 
 
 def _differences(was: Mapping[str, Any], now: Mapping[str, Any]) -> list[tuple[str, str, str]]:

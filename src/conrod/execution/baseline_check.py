@@ -15,7 +15,7 @@ from conrod.engines import environment
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
 from conrod.execution import baseline
-from conrod.execution.baseline import ORDER_PREFIX, BandedNumber, Baseline, BaselineComparison, BaselineLine
+from conrod.execution.baseline import ORDER_PREFIX, BandedNumber, Baseline, BaselineComparison, BaselineLine, KeptCost
 from conrod.execution.case import identity_digest
 from conrod.execution.files import check_writable_folder
 from conrod.execution.resolve_arguments import TOLERANCE_NAMES
@@ -79,6 +79,8 @@ class BaselineCheck:
         find: Callable[[Sequence[Mapping[str, Scene]]], Sequence[Sequence[Study]]],
         lines_of: Callable[[Sequence[Study]], dict[str, BaselineLine]],
         bands_like: Mapping[str, str] | None = None,
+        costs: Mapping[str, KeptCost] | None = None,
+        cost_ratio: float | None = None,
     ) -> BaselineComparison:
         """Compare findings with the baseline; write it if there is none, or if the user accepts the findings.
 
@@ -87,11 +89,17 @@ class BaselineCheck:
                 carries each number.
             lines_of: returns the findings as the lines of a baseline, by their names.
             bands_like: lines, each with another line whose bands it has too: one that no change of speed reaches.
+            costs: costs of the runs; empty if they are not asked for.
+            cost_ratio: cost over that of the baseline above which it fails; None to judge no cost.
         """
-        now, drift = replace(self.now, results=lines_of(found)), None
+        now, drift = replace(self.now, results=lines_of(found), costs=costs or {}), None
         if self.before is not None and self.before.hash == now.hash:
             drift = baseline.compare_baselines(self.file, self.before, now)
-        if drift is not None and (not self.accept or drift == BaselineComparison(self.file)):
+            if not self.accept:
+                _check_costs_kept(self.file, self.before, now)
+                drift = replace(drift, costs=baseline.compare_costs(self.before, now, cost_ratio))
+        unchanged = drift == BaselineComparison(self.file) and not now.costs  # costs that were asked for are kept anew
+        if drift is not None and (not self.accept or unchanged):
             return replace(drift, accepted=self.accept)
         others = [
             {name: one.with_parameters(speed=one.speed * factor) for name, one in self.scenes.items()}
@@ -103,10 +111,20 @@ class BaselineCheck:
         return replace(drift or BaselineComparison(self.file), written=True, accepted=self.accept)
 
 
+def _check_costs_kept(file: Path, before: Baseline, now: Baseline) -> None:
+    if now.costs and not before.costs:
+        raise baseline.OtherBaseline(f"the baseline {file} has no costs: accept it with --cost-ratio to have them kept")
+
+
 def scene_lines(found: Sequence[SceneResults[Any]]) -> dict[str, BaselineLine]:
     """Return the results on scenes as lines of a baseline: one for each engine and preset."""
-    pairs = [(f"{one.name} " if len(found) > 1 else "", result) for one in found for result in one.results]
-    return {f"{name}{one.engine} {one.preset or 'kinematic'}": _result_line(one) for name, one in pairs}
+    pairs = [(one.name, result) for one in found for result in one.results]
+    return {line_name(name, result, several=len(found) > 1): _result_line(result) for name, result in pairs}
+
+
+def line_name(scene: str, result: JudgedResult, *, several: bool) -> str:
+    """Name of a result's line: engine and preset, after the scene if there are several."""
+    return f"{scene} " * several + f"{result.engine} {result.preset or 'kinematic'}"
 
 
 def _result_line(result: JudgedResult) -> BaselineLine:

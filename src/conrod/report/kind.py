@@ -79,12 +79,14 @@ class Part(Generic[F]):
         name: stem of the names of its page and files.
         command: command that finds the same again.
         conrod: version of conrod that found it.
+        elsewhere: links to pages on the same machine of reports in folders below, as Markdown.
     """
 
     name: str
     findings: F
     command: str
     conrod: str
+    elsewhere: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -96,12 +98,14 @@ class Index(Generic[F]):
         environment: Python, machine, system, and versions of packages by name, at the last measurement.
         origin: how to make the report again, in a sentence.
         findings: reads the findings of a part.
+        subreports: lines on the reports in folders below, each with a link to it, as Markdown.
     """
 
     entries: Mapping[str, Mapping[str, Any]]
     environment: Mapping[str, str]
     origin: str
     findings: Callable[[str], F]
+    subreports: Sequence[str] = ()
 
     @cached_property
     def studies(self) -> dict[str, F]:
@@ -127,6 +131,8 @@ class Kind(Generic[F]):
         summary: returns plain values of a part for the index and for scripts.
         printed: returns the tables and sentences that a command prints.
         verdict: returns the verdict in a few sentences, the answer first.
+        headline: returns the finding of a whole report in a line, from the entries of its parts, for a report above it;
+            by default what its first page states in bold.
         passed: True if findings are within tolerance, None if nothing was judged; by default their attribute `passed`.
         one_part: True if a report has only one part, and so no index.
         results, index_file: names of its files in a folder, which several kinds may share.
@@ -148,6 +154,7 @@ class Kind(Generic[F]):
     summary: Callable[[F], Mapping[str, Any]]
     printed: Callable[[Sequence[F]], Iterable[Printed]]
     verdict: Callable[[F], str]
+    headline: Callable[[Mapping[str, Mapping[str, Any]]], str] | None = None
     passed: Callable[[F], bool | None] | None = None
     one_part: bool = False
     results: str = "results.json"

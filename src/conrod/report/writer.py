@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from importlib.metadata import version
 from itertools import repeat
@@ -24,6 +24,7 @@ from conrod.report.folder import (
     round_findings,
 )
 from conrod.report.kind import KINDS, F, Index, Kind, Part, Reproduction, kind_named
+from conrod.report.subreports import subreports
 from conrod.report.template import Page
 
 Draw = Callable[..., Iterable[Any]]
@@ -180,7 +181,9 @@ def _render_parts(
     kind, files = target.kind, dict[str, str]()
     if target.unfinished:
         saved = {name: target.values(name) for name in target.entries} | dict(saved)
-    made = draw(part_files, repeat(kind.name), saved, saved.values(), (entries[name] for name in saved))
+    below = subreports(target.path)
+    links = {name: [one.link_to(name) for one in below if name in one.parts] for name in saved}
+    made = draw(part_files, repeat(kind.name), saved, saved.values(), map(entries.get, saved), links.values())
     done = dict(entries)
     for name, (texts, summary) in zip(saved, made, strict=True):
         files |= texts
@@ -190,7 +193,9 @@ def _render_parts(
     def part_findings(name: str) -> Any:
         return restore_findings(kind.findings, saved[name] if name in saved else target.values(name))
 
-    index = Index(done, head["environment"], _origin_sentence(head["command"]), part_findings)
+    index = Index(
+        done, head["environment"], _origin_sentence(head["command"]), part_findings, [one.line for one in below]
+    )
     first = {} if kind.one_part else _page_files(kind.index_file, kind.index_of(index))
     document = {**head, "files": [kind.results, *first], "parts": done}
     target.check_free([*files, *first, kind.results])
@@ -211,7 +216,7 @@ def part_order(name: str) -> tuple[int, list[tuple[str, float]]]:
 
 
 def part_files(
-    kind_name: str, name: str, values: Any, entry: Mapping[str, Any]
+    kind_name: str, name: str, values: Any, entry: Mapping[str, Any], elsewhere: Sequence[str]
 ) -> tuple[dict[str, str], Mapping[str, Any]]:
     """Render a part's files from its saved findings, in any process.
 
@@ -219,7 +224,7 @@ def part_files(
         Files by name, and the part's summary.
     """
     kind = kind_named(kind_name)
-    part = Part(name, restore_findings(kind.findings, values), entry["command"], entry["conrod"])
+    part = Part(name, restore_findings(kind.findings, values), entry["command"], entry["conrod"], elsewhere)
     page = _page_files(kind.page_file(name), kind.page_of(part))
     return {kind.data_file(name): json_text(values), **page}, plain_findings(kind.summary(part.findings))
 

@@ -336,6 +336,15 @@ def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
             yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))
 
 
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say how many models are out of tolerance by their own settings, and the largest error as hardened."""
+    summaries = [entry["summary"] for entry in entries.values()]
+    failed = sum(one["passed"] is False for one in summaries)
+    hardened = [size for one in summaries if isinstance(size := one["positions"].get("hardened"), float)]
+    said = f"{failed} of {len(summaries)} models are out of tolerance with their own settings"
+    return f"{said}; hardened, {len(hardened)} are off by at most {in_mm(max(hardened))}." if hardened else f"{said}."
+
+
 LOOPS_REPORT = Kind(
     name="loops",
     findings=LoopStudy,
@@ -343,6 +352,7 @@ LOOPS_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=finding,
+    headline=headline,
     results="loops.json",
     index_file="loops.md",
     suffix="-loops",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -179,6 +180,20 @@ def verdict(study: AblationStudy) -> str:
     return f"{study.name}: {found}"
 
 
+SPEED_UP = re.compile(r"\*\*([\d.]+ times)\*\*")  # in the words of `speed_up`
+
+
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say how many times as fast as the full model the minimal one is, by machine and engine."""
+    found = [
+        f"{name} {engine_title(engine)} {ratio[1]}"
+        for name, entry in entries.items()
+        for engine, words in entry["summary"]["findings"].items()
+        if (ratio := SPEED_UP.search(words))
+    ]
+    return f"The minimal model is faster than the full one: {', '.join(found)}." if found else ""
+
+
 ABLATE_REPORT = Kind(
     name="ablate",
     findings=AblationStudy,
@@ -186,5 +201,6 @@ ABLATE_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=verdict,
+    headline=headline,
     digits=4,
 )

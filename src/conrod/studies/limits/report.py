@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import chain
@@ -144,6 +144,12 @@ def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
         yield from (f"Not walked: {line}" for line in tables.refusal_lines(study.walks))
 
 
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say how many runs are wrong and undetected."""
+    wrong, runs = (sum(entry["summary"][key] for entry in entries.values()) for key in ("undetected", "runs"))
+    return f"{wrong} of {runs} runs are wrong and undetected."
+
+
 LIMITS_REPORT = Kind(
     name="limits",
     findings=LimitStudy,
@@ -151,6 +157,7 @@ LIMITS_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=lambda study: f"{study.name}: {distrust_words(study) or tables.undetected_words(study.walks)}",
+    headline=headline,
     merge=merge_studies,
     digits=4,
     digits_of=DIGITS,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -194,6 +195,18 @@ def verdict(study: SweepStudy) -> str:
     return f"{study.name}: {found}".replace("**", "")
 
 
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say which engine is the cheapest within `COMPARED_ERROR` of the position, and on how many machines."""
+    allowed = tables.tolerance_text(tables.COMPARED_ERROR)
+    cheapest = Counter[str]()
+    for entry in entries.values():
+        rows = [row for row in entry["summary"]["cheapest"] if row[0] == allowed and row[-1] != numbers.MISSING]
+        cheapest.update(row[1] for row in sorted(rows, key=lambda row: float(row[-1]))[:1])
+    found = [f"{engine} on {count}" for engine, count in cheapest.most_common()]
+    said = f"Cheapest for a position error of {allowed} L, on {len(entries)} machines"
+    return f"{said}: {', '.join(found)}." if found else ""
+
+
 SWEEP_REPORT = Kind(
     name="sweep",
     findings=SweepStudy,
@@ -201,5 +214,6 @@ SWEEP_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=verdict,
+    headline=headline,
     digits=6,
 )

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from conrod.engines import Engine
+from conrod.errors import InvalidInput
 from conrod.execution.baseline_check import BaselineCheck, scene_lines
 from conrod.execution.resolve_arguments import (
     MAX_KEPT_SAMPLES,
@@ -21,7 +23,9 @@ from conrod.execution.resolve_arguments import (
     select_presets,
 )
 from conrod.execution.result import Plan
+from conrod.execution.run_cost import scene_costs
 from conrod.execution.runner import Runner, Runs
+from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.studies.validation.report import VALIDATION_REPORT
@@ -29,6 +33,7 @@ from conrod.studies.validation.results import SceneStudy
 from conrod.studies.validation.study import validation_study
 
 REVOLUTIONS = 2
+MIN_COST_RATIO, MAX_COST_RATIO = 1.0, 1000.0  # of the baseline's cost
 
 
 def validate(
@@ -42,6 +47,7 @@ def validate(
     qualify: bool = False,
     baseline: str | Path | None = None,
     accept: bool = False,
+    cost_ratio: float | None = None,
     runs: Runs | None = None,
 ) -> Findings[SceneStudy]:
     """Compare engines with the exact motion of scenes whose crank turns at constant speed.
@@ -56,6 +62,8 @@ def validate(
         qualify: plant known defects in each judged run, and say which of them the verdict notices.
         baseline: file of an earlier validation to compare with; written where there is none.
         accept: write the baseline again.
+        cost_ratio: keep the cost of each run in the baseline, and allow so many times the earlier one; 0 to report the
+            ratio alone, None for no costs.
         runs: how runs are made, and where their results are kept.
 
     Raises:
@@ -69,6 +77,10 @@ def validate(
     words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
     check = None
+    if cost_ratio is not None:
+        if baseline is None:
+            raise InvalidInput("--cost-ratio: it is for a baseline, name its file with --baseline")
+        check_number("--cost-ratio", cost_ratio or MIN_COST_RATIO, MIN_COST_RATIO, MAX_COST_RATIO)
     if baseline or accept:
         check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
@@ -79,7 +91,11 @@ def validate(
 
     (found,) = validate_groups([chosen], qualify)
     # A baseline measures its rounding bands by further runs, of the scenes at speeds that differ in the last bits.
-    compared = check.compare(found, lambda groups: validate_groups(groups, False), scene_lines) if check else None
+    compared = None
+    if check:
+        timed = {} if cost_ratio is None else scene_costs(found, chosen, plan)
+        again = partial(validate_groups, qualify=False)
+        compared = check.compare(found, again, scene_lines, costs=timed, cost_ratio=cost_ratio or None)
     call = text_of_call(
         "validate",
         list(chosen),

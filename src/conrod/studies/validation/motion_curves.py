@@ -21,6 +21,7 @@ PAGE_UNITS = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration":
 COMPONENTS = "xy"
 STEP = math.radians(0.25)  # between exact samples [rad]: a parabola through three finds an extreme to 0.01 deg
 NOISE_SHARE = 1e-9  # of L, omega L, ...: what a component moves by less is rounding, as is a difference of extremes
+NOTHING_SHARE = 1e-6  # of the other extreme: a smaller one is printed as 0
 VALUE_DIGITS, SETTLED_DIGITS = 4, 9  # of a printed value; and of the value before, which hides its last bits
 
 
@@ -63,16 +64,20 @@ class ExactCurve:
 
     def words(self, whole: float) -> str:
         """Return the extremes in words, with angles less the whole turns [rad] before."""
+        nothing = NOTHING_SHARE * max(abs(value) for _, value in self.extremes)
         low, high = (
-            f"{self._value_text(value)} at {round(math.degrees(angle - whole), 6):z.1f} deg"
+            f"{_value_text(value if abs(value) > nothing else 0.0)} at {_degrees_text(angle - whole)}"
             for angle, value in self.extremes
         )
         return f"from {low} to {high}"
 
-    def _value_text(self, value: float) -> str:
-        if abs(value) < self.noise:
-            return "0"
-        return numbers.quantity(numbers.round_to_digits(value, SETTLED_DIGITS), VALUE_DIGITS)
+
+def _value_text(value: float) -> str:
+    return numbers.quantity(numbers.round_to_digits(value, SETTLED_DIGITS), VALUE_DIGITS)
+
+
+def _degrees_text(angle: float) -> str:
+    return f"{round(math.degrees(angle), 6):z.1f} deg"
 
 
 @dataclass(frozen=True)

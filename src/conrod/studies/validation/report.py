@@ -195,6 +195,15 @@ def unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
     return table(("machine", "engine", "why"), found)
 
 
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say of how many machines all judged results are within tolerance."""
+    failed = [name for name, entry in entries.items() if entry["summary"]["passed"] is False]
+    said = f"{len(entries)} machines: "
+    return (
+        f"{said}not within tolerance: {', '.join(failed)}." if failed else f"{said}all judged results within tolerance."
+    )
+
+
 VALIDATION_REPORT = Kind(
     name="validation",
     findings=SceneStudy,
@@ -202,6 +211,7 @@ VALIDATION_REPORT = Kind(
     summary=_summary,
     printed=validation_tables.results_to_print,
     verdict=scene_verdict,
+    headline=headline,
     prepare_to_save=_drawable_study,
     digits=6,
     live_html=_live_html,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import click
 
 from conrod.cli import completion, options
-from conrod.cli.options import RunOptions, VerificationOptions, option, refuse, tolerance_in
+from conrod.cli.options import OUTPUT, RunOptions, VerificationOptions, option, refuse, tolerance_in
 from conrod.errors import InvalidInput
 
 
@@ -20,6 +20,9 @@ class ValidateOptions(VerificationOptions, RunOptions):
     steps_per_rev: int | None = option("--steps-per-rev", type=int, metavar="N", help="Steps a turn [1000; cam 62832].")
     revolutions: int | None = option("--revolutions", type=int, metavar="K", help="Turns of the crank [2].")
     assignments: tuple[str, ...] = option("--set", help=options.FAMILY_HELP)
+    cost_ratio: float | None = option(
+        "--cost-ratio", OUTPUT, type=float, metavar="R", help="Fail above R times the baseline's costs."
+    )
     qualify: bool = option("--qualify", is_flag=True, help="Plant known defects too: which are noticed?")
 
 
@@ -67,6 +70,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
             qualify=asked.qualify,
             baseline=asked.baseline,
             accept=asked.accept,
+            cost_ratio=asked.cost_ratio,
             runs=runs,
         )
     files.print_and_write(found, "validate", scenes)

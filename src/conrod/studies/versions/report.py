@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -168,6 +168,11 @@ def results_to_print(studies: Sequence[VersionStudy]) -> Iterator[PrintedPart]:
         yield from unsupported_lines(study)
 
 
+def joined_headlines(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Join the headlines of all engines."""
+    return " ".join(f"{entry['title']}: {entry['summary']['headline']}" for entry in entries.values())
+
+
 VERSIONS_REPORT = Kind(
     name="versions",
     findings=VersionStudy,
@@ -175,5 +180,6 @@ VERSIONS_REPORT = Kind(
     summary=_summary,
     printed=results_to_print,
     verdict=lambda study: distrust_words(study) or headline(study),
+    headline=joined_headlines,
     digits=4,
 )
