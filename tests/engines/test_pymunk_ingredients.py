@@ -26,7 +26,7 @@ from conrod.execution.paired_timing import PairedTiming
 from conrod.execution.run import RunCase, RunResult, measure
 from conrod.scenes import catalogue_scene
 from conrod.studies.ablate.findings import EngineAblation, IngredientVerdict, Role
-from conrod.studies.ablate.report import absent_words, headline
+from conrod.studies.ablate.report import absent_words, largest_gain
 from conrod.studies.ablate.study import CostCase, CostResult, ablate_engine, ablation_study
 
 PYMUNK: Any = engine_named("pymunk")
@@ -257,18 +257,18 @@ def test_verdicts_follow_from_what_ingredients_do(found: EngineAblation) -> None
     assert found.needless == ("filtered-shapes", "gravity", "rod-body", "iterations-1000", "redundant-joints")
 
 
-def test_headline_says_the_gain_of_the_largest_trade(found: EngineAblation) -> None:
+def test_a_report_says_the_gain_of_the_largest_trade(found: EngineAblation) -> None:
     study = ablation_study("saw", SAW, [found], {})
-    said = headline({"saw": study})
+    said = largest_gain({"saw": study})
     assert said.startswith("Of what a naive model of saw contains in pymunk, 5 ingredients can go: that makes a step ")
     assert said.endswith("**47.6 times** cheaper at the same error.")
-    assert headline({}) == ""
+    assert largest_gain({}) == ""
     # A full model that is far better says at what error the minimal one is cheaper.
     better = [
         replace(one, errors=dict.fromkeys(one.errors or (), 1e-9)) if one.role is Role.FULL else one
         for one in found.variants
     ]
-    coarse = headline({"saw": replace(study, engines=(replace(found, variants=tuple(better)),))})
+    coarse = largest_gain({"saw": replace(study, engines=(replace(found, variants=tuple(better)),))})
     assert "times the error." in coarse
 
 

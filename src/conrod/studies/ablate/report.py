@@ -104,7 +104,7 @@ def speed_up(found: EngineAblation) -> str:
     return f"Of what a naive model contains, {_gain(found, interval)} The observed motion of the two {change}."
 
 
-def headline(studies: Mapping[str, AblationStudy]) -> str:
+def largest_gain(studies: Mapping[str, AblationStudy]) -> str:
     """Say what the largest gain of all machines and engines is; empty where no full model ran to its end."""
     gains = [
         (full.cost.ratio, name, found)
