@@ -20,7 +20,7 @@ HOME = Path(__file__).parent
 
 
 class OutputClosed(Exception):
-    """Error raised when the reader of the output is gone.
+    """Error raised when the reader of the output has closed it.
 
     It is no BrokenPipeError: on that, click and rich exit with status 1, which says "out of tolerance".
     """
@@ -42,7 +42,7 @@ def run_guarded(run: Callable[[], object]) -> None:
 
 
 def out_of_memory() -> str:
-    """Say that memory ran out, and the limit on address space if there is one."""
+    """Say that memory ran out, with the limit on address space, if any."""
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     allowed = "" if limit == resource.RLIM_INFINITY else f"; {limit >> 20} MiB are allowed here (ulimit -v)"
     return f"out of memory: fewer --steps-per-rev or --revolutions{allowed}"

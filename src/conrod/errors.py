@@ -86,11 +86,12 @@ def named_values(
     """Parse texts "name=value" to values by name.
 
     Args:
-        form: how they are to be given, for the message.
-        kind, known: what the names are of, and those that there are; any where none are given.
+        form: expected form of a text, for the error message.
+        kind: kind of thing that the names stand for, for the error message.
+        known: allowed names; empty if any name is allowed.
 
     Raises:
-        InvalidInput: one is not written so, is unknown or given twice.
+        InvalidInput: a text has another form, or its name is unknown or given twice.
     """
     values, choices = dict[str, str](), list(known)
     for text in texts:
@@ -114,7 +115,7 @@ def as_mapping(keyword: str, given: Mapping[str, Value] | None, example: str) ->
     """Check that a keyword's value is a mapping; None is an empty one.
 
     Raises:
-        InvalidInput: it is no mapping; shows the example.
+        InvalidInput: the value is no mapping; shows the example.
     """
     if given is not None and not isinstance(given, Mapping):
         raise InvalidInput(f"{keyword} = {given!r}: give a mapping, such as {example}")

@@ -9,7 +9,7 @@ To add a feature, write its folder and its entry; to drop one, delete both. A fo
 
 
 class Slice:
-    """A feature: its folder, and what it adds.
+    """A feature of conrod, with its folder, verbs, functions and reports.
 
     Args:
         folder: package, below `conrod`.

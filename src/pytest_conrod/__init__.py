@@ -21,38 +21,37 @@ FOLDER, LONGEST = "conrod-baselines", 100  # characters of a file's name
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """The one option."""
+    """Add the option of this plugin."""
     group = parser.getgroup("conrod", "physics engines against exact motion")
     group.addoption("--conrod-regen-all", action="store_true", help="Write changed baselines again; tests pass.")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """What counts crashes of conrod, which are no verdict on what is tested."""
+    """Register the plugin that tells crashes of conrod from failed tests."""
     config.pluginmanager.register(_Crashes(), "conrod-crashes")
 
 
 class _Crashes:
-    """Ends a session in which conrod itself failed with pytest's status of an internal error, not of failed tests."""
+    """Plugin that gives a session with a crash of conrod pytest's status of an internal error."""
 
     def __init__(self) -> None:
         self.seen = False
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Look whether conrod failed in a test, in whatever process it ran."""
+        """Record whether conrod crashed in a test; the report may come from another process."""
         self.seen |= any(tuple(one) == CRASH for one in report.user_properties)
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
-        """Set the status."""
+        """Set the exit status of a session with a crash."""
         if self.seen and session.exitstatus == pytest.ExitCode.TESTS_FAILED:
             session.exitstatus = pytest.ExitCode.INTERNAL_ERROR
 
 
 @pytest.fixture
 def conrod_check(request: pytest.FixtureRequest) -> Callable[..., Findings[Any]]:
-    """Compare a scene, a model or a table with the exact motion, and with the baseline beside the test.
+    """Compare a scene, model or table with the exact motion, and with the test's baseline.
 
-    `conrod_check(subject, scene=None, ...)`: arguments as of `conrod.check`. Returns its
-    findings.
+    `conrod_check(subject, scene=None, ...)` takes the arguments of `conrod.check`, and returns its findings.
     """
     files = _files(request)
 
@@ -99,7 +98,7 @@ def _check(
 
 
 def _files(request: pytest.FixtureRequest) -> Iterator[Path]:
-    """Baselines of a test, one for each check that it makes: in a folder of its module's name beside that."""
+    """Yield the baseline files of a test, one per check, in the folder `conrod-baselines/MODULE`."""
     module, name = request.path, request.node.nodeid.partition("::")[2]
     function, _, parameters = name.removesuffix("]").partition("[")
     plain = "-".join(filter(None, [function.replace("::", "-"), parameters]))

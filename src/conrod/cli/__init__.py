@@ -113,7 +113,7 @@ def main() -> None:
 
 @contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Print each warning of the API as a line, whatever the interpreter was told to do with warnings."""
+    """Print each warning of the API as a line, even if Python is set to ignore or raise warnings."""
     with warnings.catch_warnings():
         warnings.filterwarnings("always", category=UserWarning, module=r"conrod\.")
         warnings.showwarning = _say_warning

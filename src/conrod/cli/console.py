@@ -129,7 +129,7 @@ def transmission_table(turn: TurnQuantities) -> Table:
 
 
 def degrees(angle: float) -> str:
-    """An angle [rad] in degrees, to a ten thousandth, without zeros that carry nothing."""
+    """An angle [rad] in degrees, to a ten thousandth, without trailing zeros."""
     return f"{math.degrees(angle):z.4f}".rstrip("0").rstrip(".")
 
 

@@ -39,7 +39,7 @@ def links_table(instant: InstantQuantities) -> Table:
     turning, changing = [link.rate[2] for link in instant.links], [link.acceleration[2] for link in instant.links]
     rows = []
     for link in instant.links:
-        moved = _without_rounding(link.rate[2], turning), _without_rounding(link.acceleration[2], changing)
+        moved = _text_or_zero(link.rate[2], turning), _text_or_zero(link.acceleration[2], changing)
         rows.append((link.link, *_millimetres(link.pose[:2]), degrees(link.pose[2]), *moved))
     right = ("x [mm]", "y [mm]", "turn [deg]", "angular velocity [rad/s]", "angular acceleration [rad/s²]")
     return table(("link", *right), rows, right, "links")
@@ -50,7 +50,7 @@ def points_table(instant: InstantQuantities) -> Table:
     rows = []
     for name, point in instant.points.points.items():
         vectors = [moved[0].tolist() for moved in (point.velocity, point.acceleration)]
-        components = (_without_rounding(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
+        components = (_text_or_zero(value, [math.hypot(*vector)]) for vector in vectors for value in vector)
         rows.append((name, *_millimetres(point.position[0]), *components))
     moved = ("velocity x [m/s]", "velocity y [m/s]", "acceleration x [m/s²]", "acceleration y [m/s²]")
     right = ("x [mm]", "y [mm]", *moved)
@@ -79,7 +79,7 @@ def velocities_table(instant: InstantQuantities) -> Table:
     sizes = [_size(one.velocity) for one in instant.relative]
     rows = []
     for one, size in zip(instant.relative, sizes, strict=True):
-        components = (_without_rounding(value, [size]) for value in one.velocity.tolist())
+        components = (_text_or_zero(value, [size]) for value in one.velocity.tolist())
         rows.append((f"V_{one.point}/{one.about}", one.link, *components, *_size_and_direction(one.velocity, sizes)))
     right = ("x [m/s]", "y [m/s]", "size [m/s]", "direction [deg]")
     return table(("velocity", "link", *right), rows, right, "relative velocities of points on one link", names=2)
@@ -103,7 +103,7 @@ def sliding_table(instant: InstantQuantities) -> Table:
     sizes = [_size(part) for one in instant.sliding for part in (one.coriolis, one.normal, one.tangential)]
     rows = []
     for one in instant.sliding:
-        parts = (_without_rounding(_size(part), sizes) for part in (one.normal, one.tangential))
+        parts = (_text_or_zero(_size(part), sizes) for part in (one.normal, one.tangential))
         moved = (*_size_and_direction(one.velocity, speeds), *_size_and_direction(one.coriolis, sizes))
         rows.append((one.point, one.guide, *moved, *parts))
     parts_shown = ("across the path [m/s²]", "along it [m/s²]")
@@ -116,9 +116,13 @@ def _size(vector: Array) -> float:
     return float(np.linalg.norm(vector))
 
 
-def _size_and_direction(vector: Array, beside: list[float]) -> tuple[str, str]:
-    """Size of a vector, and its direction [deg] in [0, 360); none where it is below rounding of the other sizes."""
-    size = _without_rounding(_size(vector), beside)
+def _size_and_direction(vector: Array, sizes: list[float]) -> tuple[str, str]:
+    """Size of a vector and its direction [deg] in [0, 360), as texts; a size of 0 has no direction.
+
+    Args:
+        sizes: sizes of all vectors of the table; a vector below their rounding counts as 0.
+    """
+    size = _text_or_zero(_size(vector), sizes)
     direction = degrees(math.atan2(vector[1], vector[0]) % REVOLUTION)
     return size, "" if size == "0" else "0" if direction == "360" else direction
 
@@ -127,8 +131,8 @@ def _millimetres(lengths: Iterable[float]) -> list[str]:
     return [f"{MM * length:z.3f}" for length in lengths]
 
 
-def _without_rounding(value: float, beside: list[float]) -> str:
-    """A value as text; 0 where it is below rounding of the other values."""
-    if abs(value) <= NEGLIGIBLE_SHARE * max(abs(other) for other in beside):
+def _text_or_zero(value: float, values: list[float]) -> str:
+    """Text of a value; "0" if it is below rounding of the largest of some values of its unit."""
+    if abs(value) <= NEGLIGIBLE_SHARE * max(map(abs, values)):
         return "0"
     return numbers.quantity(value, 6)

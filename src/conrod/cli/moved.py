@@ -1,4 +1,4 @@
-"""Commands that are spelled in another way now: a command line of before is answered with the new one."""
+"""Commands with a new spelling: a command line of an earlier version is answered with that of today."""
 
 from __future__ import annotations
 

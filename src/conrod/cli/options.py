@@ -103,7 +103,7 @@ html = click.option("--html", **SHARED["--html"])
 
 
 def option(name: str, heading: str = OPTIONS, **attributes: Any) -> Any:
-    """A field that is an option, by its names, attributes as for `click.option`; None or empty where not given."""
+    """Declare a dataclass field that is an option, None or empty where not given."""
     attributes = {**SHARED.get(name, {}), **attributes}
     empty: Any = () if attributes.get("multiple") else False if attributes.get("is_flag") else None
     return field(default=attributes.get("default", empty), metadata={"option": name, "heading": heading, **attributes})
@@ -212,7 +212,7 @@ class RunOptions:
 
     @contextmanager
     def runs(self) -> Iterator[Runs]:
-        """The runs that the options ask for, with progress shown; an interrupt says how to go on."""
+        """Runs with these options and shown progress; an interrupt prints how to continue."""
         from conrod.cli.progress import ProgressBar
         from conrod.execution.runner import Runs
 
@@ -284,12 +284,12 @@ class VerificationOptions(JudgedOptions):
 
 
 def names_in(text: str | None) -> tuple[str, ...] | None:
-    """Names with commas between them; None where nothing was given."""
+    """Split names at commas; None where nothing was given."""
     return None if text is None else tuple(name.strip() for name in text.split(","))
 
 
 def tolerance_in(text: str | None, known: Collection[str]) -> dict[str, float] | None:
-    """Tolerances in `position=1e-4,velocity=1mm/s`; None where nothing was given.
+    """Parse tolerances, as in `position=1e-4,velocity=1mm/s`; None where nothing was given.
 
     Args:
         known: quantities that may be judged; units by quantity where they have units.
@@ -308,10 +308,10 @@ def tolerance_in(text: str | None, known: Collection[str]) -> dict[str, float] |
 
 
 def controls_in(texts: Iterable[str]) -> dict[str, float]:
-    """Control inputs in `motor=4.19`.
+    """Parse control inputs, as in `motor=4.19`.
 
     Raises:
-        InvalidInput: one is not written so, or given twice.
+        InvalidInput: a text is not NAME=VALUE, or a name is given twice.
     """
     from conrod.errors import named_values
     from conrod.mjcf.request import CONTROL_FORM
@@ -326,10 +326,10 @@ def controls_in(texts: Iterable[str]) -> dict[str, float]:
 
 
 def columns_in(texts: Iterable[str], points: Sequence[str], links: Sequence[str] = ()) -> dict[str, str]:
-    """Columns by quantity in `C.x=px`.
+    """Parse columns by quantity, as in `C.x=px`.
 
     Raises:
-        InvalidInput: one is not written so, is of no quantity, or given twice.
+        InvalidInput: a text is not QUANTITY=COLUMN, or its quantity is unknown or given twice.
     """
     from conrod.errors import named_values
     from conrod.models.tables.columns import quantities

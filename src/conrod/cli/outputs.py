@@ -99,7 +99,7 @@ def check_outputs(
     asked: ReportOptions,
     given: Mapping[str, Path] = MappingProxyType({}),
 ) -> Outputs[F]:
-    """Check what --out, --json and --html name: nothing else may be lost by them.
+    """Check the outputs that --out, --json and --html name: no other file may be overwritten.
 
     Args:
         parts: names of the report's parts: scenes or files.
@@ -139,8 +139,14 @@ def reproduction(
     options: Mapping[str, Any],
     target: tuple[str, Path],
 ) -> Reproduction:
-    """The command that makes a report again; of an option that is a tuple each value was given, without its name
-    where that is empty."""
+    """Return the command that makes a report again.
+
+    Args:
+        command, subjects: as in `Outputs.print_and_write`.
+        options: values by the name of their option; a tuple holds the values of an option that was repeated, and the
+            empty name has the values of further arguments.
+        target: the option that names the output, and its path.
+    """
     from conrod.execution.resolve_arguments import arguments_of_files, arguments_of_members
 
     words, assigned = ["conrod", command, SCENE], options.get("--set", ())

@@ -78,7 +78,7 @@ class Comparison:
         """The largest error of a quantity over all observed points; measure is max, rms or final.
 
         Raises:
-            InvalidInput: there is no such quantity or measure; names the choices.
+            InvalidInput: the quantity or measure is unknown; names the choices.
         """
         for kind, given, known in (("quantity", quantity, PointErrors), ("measure", measure, Size)):
             if given not in known.__dataclass_fields__:

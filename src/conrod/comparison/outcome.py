@@ -33,12 +33,12 @@ class RunVerdict:
     """How a run ended: its outcome, and the reason in words. Whether its errors pass is `JudgedResult.passed`.
 
     Attributes:
-        largest: the reason in three parts if it states a size: the words before it, the size [m], the words after it.
+        sized_reason: the reason in three parts if it states a size: words before, size [m], words after.
     """
 
     outcome: Outcome
     reason: str = ""
-    largest: tuple[str, float, str] | None = None
+    sized_reason: tuple[str, float, str] | None = None
 
     @classmethod
     def of_size(cls, outcome: Outcome, before: str, size: float, behind: str = " m") -> RunVerdict:
@@ -64,9 +64,9 @@ VERDICT_ORDER = (
 
 def combine_verdicts(before: RunVerdict, after: RunVerdict) -> RunVerdict:
     """The verdict on a run from those on two parts; of equal ones the earlier, with the larger size."""
-    if before.outcome is after.outcome and before.largest and after.largest and before.largest[0] == after.largest[0]:
-        words, size, behind = before.largest
-        return RunVerdict.of_size(before.outcome, words, max(size, after.largest[1]), behind)
+    one, other = before.sized_reason, after.sized_reason
+    if before.outcome is after.outcome and one and other and one[0] == other[0]:
+        return RunVerdict.of_size(before.outcome, one[0], max(one[1], other[1]), one[2])
     return min(before, after, key=lambda verdict: VERDICT_ORDER.index(verdict.outcome))
 
 
@@ -136,7 +136,7 @@ def _find_lost_contact(kinematics: Kinematics, bodies: BodyTracks, speed: float)
 
 
 def _find_open_joint(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
-    """OPENED if a joint's gap is too large for a joint."""
+    """OPENED if a joint's gap exceeds `MAX_JOINT_GAP` of the travel."""
     contacts = {joint.name for joint in kinematics.mechanism.cam_contacts}
     for name, gap in joint_gaps(kinematics.mechanism, [bodies.position.poses]).items():
         if name not in contacts and np.abs(gap).max() > MAX_JOINT_GAP * kinematics.travel:

@@ -65,10 +65,10 @@ def restore(kind: type[Value], values: Any, others: Mapping[Any, Callable[[Any],
     Args:
         kind: a dataclass whose fields' types can be looked up where it is defined, or a type such as `tuple[Run, ...]`.
         values: as `plain_values` or `json.loads` gives them; keys that the type does not have are left out.
-        others: constructors by class, for classes with `as_saved`; if given, a text may be a number that is not finite.
+        others: constructors by class, for classes with `as_saved`; if given, infinities and NaN may be texts.
 
     Raises:
-        InvalidInput: the values do not fit the type; names the one that does not.
+        InvalidInput: a value does not fit the type; names that value.
     """
     try:
         return msgspec.convert(values, kind, dec_hook=partial(_decode, others), strict=not others)

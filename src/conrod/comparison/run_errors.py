@@ -162,7 +162,7 @@ class DrawnCurve:
         self._errors += [(angles.mean(), off.max()) for angles, off in self._spans.add(angle, error)]
 
     @property
-    def arrays(self) -> tuple[Array, Array]:
-        """Mean crank angles [rad] and largest errors of the spans, each (M,)."""
+    def angles_and_errors(self) -> tuple[Array, Array]:
+        """Mean crank angle [rad] and largest error in each of the equal spans, (M,) each."""
         middles, largest = np.array(self._errors).T
         return middles, largest

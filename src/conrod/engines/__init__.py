@@ -163,7 +163,7 @@ def load_plugin_here(name: str) -> CheckedPlugin:
     """Load a plugin's engine into this process, with its results checked.
 
     Raises:
-        InvalidInput: it cannot be loaded, or is no engine.
+        InvalidInput: the plugin cannot be loaded, or is no engine.
     """
     from conrod.engines.checked_plugin import CheckedPlugin, numpy_functions
     from conrod.engines.plugin_values import EngineFault, catch_faults

@@ -34,7 +34,7 @@ def describe(engine: Any, name: str) -> PluginDescription:
     """Describe a plugin's engine that was loaded by a name.
 
     Raises:
-        EngineFault: something that it says of itself cannot be used.
+        EngineFault: a name, version, preset or capability of the engine cannot be used.
     """
     with catch_faults():
         refuse_unless(engine.name == name, f"the name {plugin_values.one_line(repr(engine.name))}")

@@ -149,6 +149,7 @@ def round_settings(machine: Machine, settings: AnySettings) -> AnySettings:
     """Round settings to six digits for pasting; a step is rounded down where a pass must not overrun."""
 
     def round_value(value: Any) -> Any:
+        """Round a float, or each float of a tuple, to `PASTED_DIGITS` digits; leave other values as they are."""
         match value:
             case float():
                 return float(f"{value:.{PASTED_DIGITS}g}")

@@ -62,7 +62,7 @@ class PieceChecker:
         """Return a copy of the piece, with the engine and settings that the run has.
 
         Raises:
-            EngineFault: what cannot be used of it.
+            EngineFault: an array, stamp or outcome of the piece cannot be used; says which.
         """
         check_type(piece, Piece, "a piece of a run")
         found = check_type(piece.trajectory, Trajectory, "the trajectory of a piece")

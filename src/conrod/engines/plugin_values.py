@@ -51,7 +51,7 @@ def catch_faults(refusals: bool = False) -> Iterator[None]:
 
 
 def error_line(error: BaseException) -> str:
-    """The text of an error in one line; empty if its own `__str__` fails."""
+    """The text of an error in one line; empty if the error cannot be printed."""
     try:
         return one_line(str(error))
     except BaseException:  # __str__ is the engine's code, too

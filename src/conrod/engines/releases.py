@@ -77,7 +77,7 @@ class Releases:
         """Parse a comma-separated list of versions; all known versions without one. Oldest first.
 
         Raises:
-            InvalidInput: what is no version, or older than all that conrod works with.
+            InvalidInput: a text is no version, or older than all that conrod works with.
         """
         if text is None:
             return self.versions

@@ -214,7 +214,7 @@ def rolling_coefficients(tree: SpanningTree, mesh: Mesh) -> Array:
     """Coefficients (nv,) of the joint coordinates in a rolling pair's equation: [m/rad] for pins, 1 for slides.
 
     Raises:
-        InvalidInput: the pair's equation is not linear in them; says why.
+        InvalidInput: the pair's equation is not linear in the coordinates; says why.
     """
     turn_a, turn_b = rotation_coefficients(tree, mesh.a), rotation_coefficients(tree, mesh.b)
     if isinstance(mesh, Rolling):

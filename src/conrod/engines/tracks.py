@@ -146,7 +146,7 @@ def _mechanical_energy(mechanism: Mechanism, poses: Array, rates: Array) -> Arra
 
 
 def _judge_free_run(mechanism: Mechanism, times: Array, poses: Array, rates: Array) -> RunVerdict:
-    """Judge a free run by its own motion (T, 3 n); a change of branch shows only against the exact motion."""
+    """Judge a free run by its motion (T, 3 n) alone, which does not show a change of branch."""
     finite = np.all(np.isfinite(poses), axis=1) & np.all(np.isfinite(rates), axis=1)
     if not finite.all():
         return RunVerdict(Outcome.DIVERGED, f"not finite from {times[int(np.argmin(finite))]:.6g} s on")

@@ -49,7 +49,7 @@ def grid_named(name: str) -> Grid:
     """Return the grid of a name.
 
     Raises:
-        InvalidInput: there is none; names the choices.
+        InvalidInput: no grid has the name; names the choices.
     """
     for grid in (grids := (*ENGINE_GRIDS, PRESETS_GRID)):
         if grid == name:
@@ -87,7 +87,7 @@ SettingsChange: TypeAlias = Callable[[AnyEngineSettings], AnyEngineSettings]
 
 
 class Quantity(Enum):
-    """Quantities besides motion for which a model may be used, with their texts in reports."""
+    """Quantities other than motion that a model may be used for, with their texts in reports."""
 
     DRIVE_TORQUE = "drive torque"
     REACTIONS = "joint reactions"

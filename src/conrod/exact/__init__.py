@@ -25,7 +25,7 @@ class ExactReference(ABC):
 
     @abstractmethod
     def mechanism(self) -> Mechanism:
-        """The declarative description, from which the generic solver and the engines' models are made."""
+        """The declarative description, source of the generic solver and of the engines' models."""
 
     def motion(self, angle: ArrayLike, speed: ArrayLike, acceleration: ArrayLike = 0.0, side: Side = "right") -> Motion:
         """Return the exact motion of all observed points at crank angles.

@@ -281,7 +281,7 @@ class ChangePointCache:
         return list(found)
 
     def determinant_sign(self, angle: Array) -> Array:
-        """Sign (T,) of the determinant at angles (T,) [rad], relative to that at crank angle 0."""
+        """Sign (T,) of the Jacobian's determinant at angles (T,) [rad], over its sign at crank angle 0."""
         result = np.ones(len(angle))
         for change in self._changes:
             if change.gained_freedoms % 2:

@@ -141,7 +141,7 @@ class _Block:
                     self._before.append((row, column, value))
 
     def solve(self, known: list[Entry], unknown: list[Entry]) -> None:
-        """Write the block's unknowns; those of earlier blocks are subtracted from its right-hand sides first."""
+        """Write the block's unknowns, after subtracting terms of earlier blocks from its right-hand sides."""
         for row, column, value in self._before:
             known[row] = known[row] - value * unknown[column]
         right = [known[row] for row in self._rows]

@@ -244,7 +244,7 @@ class BaselineComparison:
 
     @property
     def text(self) -> str:
-        """Comparison in words, the drifts first; empty if there is nothing to say."""
+        """Comparison in words, the drifts first; empty without a drift or a new baseline."""
         lines = [f"drifted from the baseline {self.file}:"] if self.drifts else []
         for _, same in groupby(self.drifts, key=lambda drift: drift.result):
             worst, *others = sorted(same, key=lambda drift: -(drift.digits or math.inf))

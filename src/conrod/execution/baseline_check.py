@@ -28,7 +28,7 @@ Study = TypeVar("Study")
 
 @dataclass(frozen=True)
 class BaselineCheck:
-    """A baseline that was named, looked at before anything is run.
+    """A baseline file that the user named, read before anything is run.
 
     Attributes:
         scenes: scenes that are studied, by name.
@@ -52,7 +52,7 @@ class BaselineCheck:
             words: arguments that the motion depends on, by the names of their options; those not given are empty.
 
         Raises:
-            InvalidInput: the file cannot be read or written, or is the baseline of something else.
+            InvalidInput: the file cannot be read or written, or is the baseline of another request.
         """
         if file is None:
             if accept:
@@ -82,13 +82,13 @@ class BaselineCheck:
         costs: Mapping[str, KeptCost] | None = None,
         cost_ratio: float | None = None,
     ) -> BaselineComparison:
-        """Compare findings with the baseline; write it if there is none, or if the user accepts the findings.
+        """Compare findings with the baseline; write a missing baseline, or one that the user accepts.
 
         Args:
-            find: finds the same of other scenes: at speeds that differ in the last bits, which shows how far rounding
+            find: repeats the study with scenes whose speeds differ in the last bits, which shows how far rounding
                 carries each number.
             lines_of: returns the findings as the lines of a baseline, by their names.
-            bands_like: lines, each with another line whose bands it has too: one that no change of speed reaches.
+            bands_like: lines that no change of speed reaches, each with another line whose bands it takes over.
             costs: costs of the runs; empty if they are not asked for.
             cost_ratio: cost over that of the baseline above which it fails; None to judge no cost.
         """

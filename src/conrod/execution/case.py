@@ -115,7 +115,7 @@ class Case(ABC):
         return self.result_type(outcome.slug, reason)
 
     def restore_result(self, saved: Mapping[str, Any]) -> CaseResult:
-        """Restore a result of this case from its plain values, or make that of a failed call from its reason.
+        """Restore a result of this case from plain values: its own, or outcome and reason of a failed call.
 
         Raises:
             InvalidInput: the values are of another kind.
@@ -167,9 +167,8 @@ Study = Generator[Sequence[Case], Results, Found]
 def pursue(studies: Sequence[Study[Found]], run: Callable[[list[Any]], Results]) -> list[Found]:
     """Run all studies side by side and return their findings; each round's cases are one batch.
 
-    The cases asked for depend on nothing but the results: the same studies on a ledger that has them run nothing.
-
-    One batch a round, so that no core waits for another study.
+    A study's next cases depend only on its results so far, so a ledger that has all results answers it without a run.
+    One batch a round keeps all cores busy.
 
     Args:
         run: returns the results of cases; each case is given once a round.

@@ -16,7 +16,7 @@ def file_to_write(text: str, option: str) -> Path:
     """Check the output file that an option names, and return its path; creates nothing.
 
     Raises:
-        InvalidInput: it cannot be written, or something else would be lost by it.
+        InvalidInput: the file cannot be written, or would replace something that is no output.
     """
     if text.strip() in ("", "-") or text.endswith(os.sep):
         raise InvalidInput(f"{option} {text!r}: give the name of a file")
@@ -40,7 +40,7 @@ def files_to_write(given: Mapping[str, str | None], beside: Mapping[str, Path] |
         beside: other files, by what a user calls them.
 
     Raises:
-        InvalidInput: one cannot be written, or is the same as another, so that one would be lost by the other.
+        InvalidInput: a file cannot be written, or two names mean one file.
     """
     files = {option: file_to_write(text, option) for option, text in given.items() if text is not None}
     seen = dict(beside or {})
@@ -63,7 +63,7 @@ def folder_to_write(text: str, option: str) -> Path:
     """Check the output folder that an option names, and return its path.
 
     Raises:
-        InvalidInput: it can neither be made nor written in.
+        InvalidInput: the folder can neither be made nor written into.
     """
     if text.strip() in ("", "-"):
         raise InvalidInput(f"{option} {text!r}: give the name of a folder")

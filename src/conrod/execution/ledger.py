@@ -65,7 +65,7 @@ class Ledger:
             patience: how long to wait for another process that writes [s].
 
         Raises:
-            InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod.
+            InvalidInput: the file cannot be made, is no ledger, or is a ledger of a newer conrod.
         """
         return cls(path, *connect(path, patience))
 
@@ -94,7 +94,7 @@ class Ledger:
     # -- runs --------------------------------------------------------------------------------------------------------
 
     def finished_keys(self, keys: Iterable[str]) -> set[str]:
-        """Keys whose run the ledger has, whatever its outcome."""
+        """Keys whose run the ledger has, with any outcome."""
         return {key for (key,) in self._select("SELECT key FROM runs WHERE key IN", set(keys))}
 
     def stops_at_limits(self, keys: Iterable[str]) -> dict[str, tuple[str, float]]:

@@ -58,7 +58,7 @@ def connect(path: Path, patience: float = LOCK_TIMEOUT, may_empty: bool = True) 
         may_empty: whether a ledger of an older version, whose results count no more, is emptied or else refused.
 
     Raises:
-        InvalidInput: it cannot be made, or what is there is no ledger, or one of a newer conrod, or locked for long.
+        InvalidInput: the file cannot be made, is no ledger, is a ledger of a newer conrod, or stays locked.
 
     Returns:
         The connection, and how many runs of an older version were removed.
@@ -102,7 +102,7 @@ def _checked_connection(
     """Return the connection if its file is a ledger, and how many runs of an older version were removed.
 
     Raises:
-        InvalidInput: it is none, or one that cannot be used; the connection is closed.
+        InvalidInput: the file is no ledger, or one that cannot be used; the connection is closed.
     """
     emptied = 0
     with name_ledger_in_errors(path):
@@ -201,7 +201,7 @@ def _schema_fault(connection: sqlite3.Connection) -> str:
 
 
 def _foreign_parts(kinds: Mapping[str, str]) -> str:
-    """Name a trigger or view, by the kinds of a file's parts; empty if there is none."""
+    """Name a trigger or view, given the kinds of a file's parts; empty without either."""
     others = [f"a {kind} {name}" for name, kind in kinds.items() if kind in ("trigger", "view")]
     return f"it has {others[0]}, which conrod does not make" if others else ""
 

@@ -167,7 +167,7 @@ def time_settings_pair(
 def time_passes(
     make: Callable[[Machine, Settings], Stepper], machine: Machine, settings: Settings, clock: Clock, count: int
 ) -> int:
-    """CPU time [ns] of `count` passes, each with a stepper of its own."""
+    """CPU time [ns] of `count` passes, each with a new stepper."""
     steps = round(settings.steps_per_revolution * run_extent(machine, settings.steps_per_revolution, 1.0)[1])
     # Made before the clock is looked at, and in one place of the memory or another: nothing favours either.
     made = [make(machine, settings) for _ in range(count)]

@@ -196,11 +196,12 @@ def worst_misfit(
     changed = mended.changes[order] / abs(reference.speed) ** order
     rounding = ROUNDING_SHARE * (1.0 + np.abs(angle) / (2.0 * math.pi) + changed)
 
-    def allowed(rows: Rows, gain: Array | float) -> Array:
+    def bound_at(rows: Rows, gain: Array | float) -> Array:
+        """Bound (len(rows),) of the difference at samples, for k = gain."""
         beyond = kinematics.size / length * (gain**order * rest[rows] + gain ** (order + 1) * rounding[rows])
         return np.asarray(REMAINDER_FACTOR * second[rows] + beyond)
 
-    bounds, kept = allowed(slice(None), 1.0), np.ones(len(angle), dtype=bool)
+    bounds, kept = bound_at(slice(None), 1.0), np.ones(len(angle), dtype=bool)
     doubtful = np.flatnonzero(~(difference <= bounds))
     if len(doubtful):
         # The Jacobian's singular values take longer than all else, and can only allow more.
@@ -208,7 +209,7 @@ def worst_misfit(
         kept[doubtful] = _predictable_samples(kinematics, poses, one[doubtful], two[doubtful], angle[doubtful])
         doubtful = doubtful[kept[doubtful]]
     if len(doubtful):
-        bounds[doubtful] = allowed(doubtful, 1.0 / kinematics.conditioning(mended.second[0][doubtful]))
+        bounds[doubtful] = bound_at(doubtful, 1.0 / kinematics.conditioning(mended.second[0][doubtful]))
     if not kept.any():
         return None
     share = np.where(kept, np.nan_to_num(difference / bounds, nan=math.inf), -1.0)
@@ -219,7 +220,7 @@ def worst_misfit(
 def _predictable_samples(
     kinematics: Kinematics, poses: Array, one: Array, two: Array, angle: Array
 ) -> NDArray[np.bool_]:
-    """Mask (T,) of samples from which Newton iteration reaches the exact pose, with smooth derivatives.
+    """Mask (T,) of samples where Newton iteration reaches the exact pose, with smooth derivatives.
 
     Not so far off that the steps do not contract, nor next to a change point, or on the branch beyond it; nor where a
     roller passes from an arc of its cam to the next, and accelerations jump.
@@ -253,7 +254,7 @@ def merged_misfit(*several: Mapping[str, Misfit]) -> dict[str, Misfit]:
 
 
 def reference_misfit(reference: ExactReference) -> dict[str, Misfit]:
-    """Compare a reference with its own joint equations, without any engine; worst misfit by quantity.
+    """Worst misfit, by quantity, of a reference with its joint equations; no engine takes part.
 
     The solver's motion at some angles is taken for a measured one: mended by a Newton step, which is written apart from
     the solver's iteration, it has to be what it was, and the closed form's, where there is one.

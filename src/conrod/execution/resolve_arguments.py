@@ -42,7 +42,7 @@ def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
     """Scenes by name: names, mechanism files or objects; the four with a closed form where none is given.
 
     Raises:
-        InvalidInput: there is no such scene or file, or two scenes have one name.
+        InvalidInput: a scene or file does not exist, or two scenes have one name.
     """
     if isinstance(scenes, Mapping):
         return dict(scenes)
@@ -76,7 +76,7 @@ def choose_engines(engines: Engines) -> list[Engine[Any]]:
     """Find engines by name or object; "all" gives every installed engine, None the default engines.
 
     Raises:
-        InvalidInput: there is no such engine, or it cannot be loaded.
+        InvalidInput: an engine is unknown or cannot be loaded.
     """
     given = [engines] if isinstance(engines, str) else list(engines or ())
     objects = [one for one in given if isinstance(one, Engine)]
@@ -160,7 +160,7 @@ def scene(name: str | Path, **parameters: float | str) -> Scene:
         parameters: numbers in SI, or text with a unit: `scene("saw-40rpm", crank="80 mm")`.
 
     Raises:
-        InvalidInput: there is no such scene, file or parameter, or a value is out of range.
+        InvalidInput: the scene, file or parameter does not exist, or a value is out of range.
     """
     return select_scene(str(name), [f"{one}={value}" for one, value in parameters.items()])[1]
 
@@ -266,7 +266,7 @@ def select_engines(names: Sequence[str], left_out: Callable[[str], None] = lambd
         left_out: takes a line on each engine that nobody named and that cannot be loaded.
 
     Raises:
-        InvalidInput: there is no such engine, or one that was named cannot be loaded.
+        InvalidInput: an engine is unknown, or one that was named cannot be loaded.
     """
     named = [engine_named(name) for name in dict.fromkeys(names) if name != ALL_ENGINES]
     if named and ALL_ENGINES not in names:

@@ -181,9 +181,9 @@ def run_refinement_path(
     """Make the runs of the refinement path, and return one point for each.
 
     Args:
-        revolutions: asked for.
-        finest: the run that is judged, which need not be made again.
-        run: makes one with a number of steps per revolution, over some revolutions from a start angle.
+        revolutions: number that the user asked for.
+        finest: point of the judged run, which is not run again if the path contains it.
+        run: makes the run with a number of steps per revolution, over some revolutions, from a start angle [rad].
     """
     path, judged = refinement_path(scene, steps), run_extent(scene, steps, revolutions)
     # Of one pass all take the part that the longest steps have room for, of those that fit into it.

@@ -123,8 +123,9 @@ class _Folder:
                 self._stage(self._changes, name, new.get(name))
 
     def _stage(self, changes: list[_Change], name: str, content: bytes | None) -> None:
+        """Add the change of a file to a list, with its content in a temporary file; None removes the file."""
         with name_file_in_errors(self.path / name):
-            folder, last = self._place(name)
+            folder, last = self._locate(name)
             changes.append(
                 _Change(name, folder, last, None if content is None else TEMPORARY_PREFIX + secrets.token_hex(8))
             )
@@ -132,11 +133,12 @@ class _Folder:
                 _write_temporary(changes[-1], content)
 
     def _content(self, name: str) -> bytes | None:
+        """Present content of a file; None if the folder has no such file."""
         with name_file_in_errors(self.path / name):
-            return _read_content(*self._place(name))
+            return _read_content(*self._locate(name))
 
-    def _place(self, name: str) -> tuple[int, str]:
-        """Descriptor of a file's folder, which is created if missing, and the file's name in it."""
+    def _locate(self, name: str) -> tuple[int, str]:
+        """Open a file's folder, created if missing; return its descriptor, and the file's name in it."""
         *folders, last = PurePath(name).parts
         here = PurePath()
         for part in folders:
@@ -149,10 +151,10 @@ class _Folder:
         return self._opened[here], last
 
     def put_in_place(self, interrupted: bool = False) -> None:
-        """Rename the temporary files to their places, those of `Batch.meanwhile` first.
+        """Rename the temporary files to their final names, the files of `Batch.meanwhile` first.
 
         Args:
-            interrupted: whether this was begun before, and some are in place.
+            interrupted: whether an earlier call was interrupted, so that some files are in place.
         """
         for changes in (self._meanwhile, self._changes):
             for change in changes:
@@ -199,7 +201,7 @@ def _rename_or_remove(change: _Change) -> None:
 
 
 def _read_content(folder: int, name: str) -> bytes | None:
-    """Content of a regular file; None if there is no such file."""
+    """Content of a regular file; None if the file is missing."""
     try:
         descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=folder)
     except OSError as error:

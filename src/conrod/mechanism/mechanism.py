@@ -289,7 +289,7 @@ def joint_partner(joint: LowerPair, body: str) -> tuple[str, Point, Point]:
 
 
 def pin_points(mechanism: Mechanism, body: str) -> list[Point]:
-    """Pins on a body, as points in its own frame [m]."""
+    """Pins on a body, as points in the body's frame [m]."""
     return [joint_partner(joint, body)[2] for joint in mechanism.joints_on(body) if isinstance(joint, Revolute)]
 
 

@@ -184,7 +184,7 @@ class Parameter:
 
 
 def _parameter_field(unit: str, lowest: float, highest: float, magnitude: bool = False) -> Callable[[float, str], Any]:
-    """Make a function that declares a dataclass field of this kind, from default and meaning."""
+    """Return a function that declares a parameter of this unit and range, given default and meaning."""
 
     def field(default: float, meaning: str) -> Any:
         parameter = Parameter(unit, lowest, highest, magnitude, meaning)

@@ -55,7 +55,7 @@ def compare_with_machine(
         inactive: names of closures that the model has and that do not act.
 
     Raises:
-        InvalidInput: they have no point in common, or the machine lacks a driven joint.
+        InvalidInput: model and machine have no point in common, or the machine lacks a driven joint.
     """
     points = [point for point in motion.points if point in machine.points]
     if not points:

@@ -52,7 +52,7 @@ LIMIT_ROUNDING = 1e-6  # of a limit, that a motion may be and is rounding [rad, 
 def with_settings(
     model: mujoco.MjModel, label: str, step: float, period: float, *, idle: bool = False, contact: bool = False
 ) -> mujoco.MjModel:
-    """A copy with the model's or a preset's settings at a step [s], and a converging solver.
+    """Copy a model with its own or a preset's settings, a step [s], and a converging solver.
 
     Contacts and closures alike get a preset's.
 
@@ -80,7 +80,7 @@ def with_settings(
 
 
 def settings_as_mjcf(label: str, step: float, period: float, idle: bool) -> str:
-    """Edits that give a model these settings: MJCF, and a line of Python for hardening."""
+    """Edits that give a model the settings of `with_settings`: MJCF, and Python for hardening."""
     if label == OWN:
         return f'<option timestep="{step:.6g}"/>'
     settings = _settings(label, step, period, idle)
@@ -110,7 +110,14 @@ def judge_run(
     label: str, step: float, run: LoopRecording, motion: SpatialMotion, machine: DrivenTree,
     exact: SpatialForces | None, travel: float,
 ) -> LoopRun:  # fmt: skip
-    """Compare a run with the exact motion at the same times."""
+    """Compare a run with the exact motion at the same times.
+
+    Args:
+        label: name of the settings.
+        step: of the run [s].
+        exact: forces along the exact motion; None if forces are not compared.
+        travel: largest distance [m] that a judged point moves from its start.
+    """
     gaps = {name: float(np.nanmax(gap)) for name, gap in run.violations.items()}
     gap = max(gaps.values(), default=0.0)
     if run.outcome is not Outcome.COMPLETED:

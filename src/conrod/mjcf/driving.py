@@ -98,7 +98,7 @@ class Drives:
 
     @contextmanager
     def pushing_flywheels(self) -> Iterator[None]:
-        """Within it MuJoCo applies the forces that accelerate the flywheels, at each stage of a step.
+        """Make MuJoCo push the flywheels along their laws at each stage of a step, inside the context.
 
         Where the model switches actuation off MuJoCo asks for no control, but for passive forces all the same.
         """
@@ -273,7 +273,7 @@ def widest_opening_words(gaps: Mapping[str, float]) -> str:
 def carried_forces(
     machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, data: mujoco.MjData
 ) -> tuple[Array, Array]:
-    """Forces of the closures (ne,), and what each driven joint asks of its drive, by the accelerations that were made.
+    """Forces of the closures (ne,) and of the drives, computed from the accelerations of the run.
 
     All joints keep M a + bias = passive + actuator + J' f + drive (MuJoCo documentation, Computation); those that are
     not driven give f, of which hardened closures have lost digits in MuJoCo's own forces.

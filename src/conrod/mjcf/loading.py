@@ -125,7 +125,7 @@ def load_model(path: Path) -> mujoco.MjModel:
     it is given.
 
     Raises:
-        InvalidInput: there is no such file, it does not parse or compile, or misses a file that it includes.
+        InvalidInput: the file is missing, does not parse or compile, or includes a missing file.
     """
     check_readable(path)
     if str(path) != os.fsencode(path).decode(errors="replace"):
@@ -143,7 +143,7 @@ def element_id(model: mujoco.MjModel, kind: str, name: str) -> int:
     """Index of a named element of a kind, as in `names_of`.
 
     Raises:
-        InvalidInput: the model has none of the name; names the nearest.
+        InvalidInput: no element of the kind has the name; names the nearest.
     """
     names = names_of(model, kind)
     if not name or name not in names:
@@ -207,7 +207,7 @@ def find_crank(model: mujoco.MjModel, name: str) -> int:
     """Index of the hinge that is the crank.
 
     Raises:
-        InvalidInput: there is none, or it is no hinge.
+        InvalidInput: no joint has the name, or the joint is no hinge.
     """
     joint = element_id(model, "joint", name)
     if (kind := joint_kind(model, joint)) != "hinge":
@@ -221,7 +221,7 @@ def find_point(model: mujoco.MjModel, place: PointPlace) -> FoundPoint:
     """Find an observed point in a model.
 
     Raises:
-        InvalidInput: the model has none of the name.
+        InvalidInput: no element of the kind has the name.
     """
     kind, index = place.kind, element_id(model, place.kind, place.element)
     body = index if kind == "body" else int((model.site_bodyid if kind == "site" else model.geom_bodyid)[index])

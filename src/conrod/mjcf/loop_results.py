@@ -96,7 +96,7 @@ def loop_limits(tolerance: Mapping[str, float]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class JointSpeed:
-    """Speed of a driven hinge in the file's own run, and that of its law [rad/s].
+    """Speeds [rad/s] of a driven hinge: in the file's own run, and by its law.
 
     Attributes:
         allowed: share of the law's speed that the mean may be off by.

@@ -55,7 +55,7 @@ class Findings(Mapping[str, F], Generic[F]):
         """The findings on the only machine or file.
 
         Raises:
-            InvalidInput: there are several.
+            InvalidInput: the findings are on several machines or files.
         """
         if len(self.parts) != 1:
             raise InvalidInput(f"these are findings on {', '.join(self.parts)}: take one by its name")

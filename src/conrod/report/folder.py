@@ -51,9 +51,9 @@ def read_document(file: Path) -> Any:
     """Read a report's JSON file.
 
     Raises:
-        InvalidInput: it is larger than any report.
+        InvalidInput: the file is larger than any report.
         OSError: it cannot be read.
-        ValueError: it is no JSON, or has values that conrod never writes: NaN, infinities, halves of characters.
+        ValueError: the file is no JSON, or has values that conrod never writes: NaN, infinities, halves of characters.
     """
     if (size := file.stat().st_size) > MAX_JSON_BYTES:
         raise InvalidInput(

@@ -54,7 +54,7 @@ class Reproduction:
     family: Sequence[str] = ()
 
     def command_for(self, *names: str) -> str:
-        """Return the command for some scenes."""
+        """Return the command with the names of scenes in its placeholder."""
         given = (self.typed.get(name, name) for name in names)
         return self._with_words(word for one in given for word in ([one] if isinstance(one, str) else one))
 
@@ -170,7 +170,7 @@ class Kind(Generic[F]):
     schema: int = 2
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle a kind as its name, for its functions are those of a module."""
+        """Pickle a kind by its name, because it holds functions."""
         return kind_named, (self.name,)
 
     def _module(self) -> ModuleType:

@@ -101,7 +101,7 @@ def table(
     """Make a table from rows of cells.
 
     Raises:
-        ValueError: a row has more or fewer cells than there are headings.
+        ValueError: a row has more or fewer cells than the table has headings.
     """
     body = tuple(tuple(row) for row in rows)
     if any(len(row) != len(headings) for row in body):

@@ -109,7 +109,7 @@ def render_again(folder: Path, out: Path | None = None, draw: Draw = map) -> lis
         draw: as in `report_batch`.
 
     Raises:
-        InvalidInput: there is no report, or it is of another version of conrod.
+        InvalidInput: the folder has no report, or a report of another version of conrod.
     """
     found = reports_in(folder)
     if not found:

@@ -50,7 +50,7 @@ def decode_text(content: bytes, wanted: Sequence[str] = ()) -> tuple[str, str]:
         wanted: what should be found in the text, such as headings that a user names.
 
     Raises:
-        InvalidInput: it is no text.
+        InvalidInput: the bytes are no text in any of these encodings.
     """
     for mark, (name, codec) in MARKS.items():
         if content.startswith(mark):

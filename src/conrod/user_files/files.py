@@ -49,7 +49,7 @@ def model_files(path: Path) -> tuple[Path, ...]:
     assets in the folders that the compiler is given, too.
 
     Raises:
-        InvalidInput: one of them is a pipe or a device, which has no end.
+        InvalidInput: a file is a pipe or a device, which has no end.
     """
     found, names, waiting = {path: None}, list[str](), [path]
     folders = {path.parent}
@@ -99,10 +99,10 @@ def stated_source(content: bytes) -> str:
 
 
 def package_hash(name: str) -> tuple[str, str, str]:
-    """Version of an installed distribution, a SHA-256, and the name of the hashed content.
+    """Version of an installed distribution, SHA-256 of its content, and what was hashed, in words.
 
-    It is of the wheel's RECORD, which lists the SHA-256 of each file, sorted and without what an installer adds, so
-    that it is the same on every machine; of the files themselves where a source tree is installed.
+    Hashed is the wheel's RECORD, which lists the SHA-256 of each file: sorted, and without files that an installer
+    adds, so that the hash is the same on every machine. Of an installed source tree the files are hashed.
     """
     found = distribution(name)
     if json.loads(found.read_text("direct_url.json") or "{}").get("dir_info", {}).get("editable"):

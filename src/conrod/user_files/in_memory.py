@@ -71,7 +71,7 @@ def _name_in_errors(path: Path, name: str) -> Iterator[None]:
 
 
 def columns_of(subject: Any) -> Mapping[str, Any] | None:
-    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None of any other object."""
+    """Columns by name of a mapping or a data frame (pandas, polars, pyarrow); None for other objects."""
     if isinstance(subject, Mapping):
         return subject
     names = getattr(subject, "column_names", getattr(subject, "columns", None))
@@ -79,7 +79,7 @@ def columns_of(subject: Any) -> Mapping[str, Any] | None:
 
 
 def _arrays_by_name(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Arrays by name; raises InvalidInput where one is none."""
+    """Convert values to arrays by name; raises InvalidInput for a value that is no array."""
     arrays = {str(name): np.asarray(value) for name, value in given.items()}
     for name, array in arrays.items():
         # The last two are numpy's own keywords.

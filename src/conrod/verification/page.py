@@ -171,7 +171,7 @@ def read_verification(page: bytes) -> Verification:
     """Read the contents of an unchanged report.
 
     Raises:
-        InvalidInput: another version of conrod wrote it.
+        InvalidInput: another version of conrod wrote the report.
     """
     found = DATA_SCRIPT.search(page.decode())
     if found is None:

@@ -49,7 +49,7 @@ class Refinement(NamedTuple):
     formal: int | None
 
     @property
-    def finest(self) -> float:
+    def finest_error(self) -> float:
         """Error of the finest completed run; infinite if none completed."""
         return next((size for _, size in reversed(self.path) if size is not None), math.inf)
 
@@ -57,13 +57,13 @@ class Refinement(NamedTuple):
     def order(self) -> float | None:
         """Observed order of the runs, or of the three finest if these converge to no error."""
         order, limit, _ = numerical_uncertainty(self.path, self.steps, self.formal) or (None, math.inf, 0.0)
-        return claimed_order(self.path) or (order if limit <= VANISHING_SHARE * self.finest else None)
+        return claimed_order(self.path) or (order if limit <= VANISHING_SHARE * self.finest_error else None)
 
     @property
     def is_off(self) -> bool:
         """True if a formal order is claimed but not observed, at errors above rounding."""
         off = self.formal is not None and abs((self.order or 0.0) - self.formal) > ORDER_TOLERANCE
-        return off and self.finest > MIN_ERROR_WITH_ORDER
+        return off and self.finest_error > MIN_ERROR_WITH_ORDER
 
 
 def all_refinements(study: Any) -> Iterator[Refinement]:

@@ -50,7 +50,7 @@ NOT_SHOWN = ("verification", "out", "document", "html", "baseline", "accept")
 
 @dataclass(frozen=True)
 class Dossier:
-    """A verification report that is to be written; all that was given for it was read before any run.
+    """A verification report that is to be written, with its inputs, which are read before any run.
 
     Attributes:
         command, subject: verb, and the scene or file that it judges, as typed.
@@ -77,7 +77,7 @@ class Dossier:
         """Read all that a verification report needs, before anything is run.
 
         Raises:
-            InvalidInput: it cannot be made, or something would be lost by it.
+            InvalidInput: several machines are named, an input cannot be used, or the report would replace another file.
         """
         if len(subjects) != 1 or len(scenes) > 1:
             raise InvalidInput("--verification: a verification report is on one machine or file: name it")
@@ -92,7 +92,7 @@ class Dossier:
         return cls(command, subjects[0], asked, file, before, scene, limits, measured, uncertainties)
 
     def write(self, found: Findings[Any]) -> None:
-        """Write the report on findings, and say where it is; one that says the same stays as it is."""
+        """Write the report on findings, and print where it is; an equal earlier report keeps its date."""
         report = self._without_places(self._report(found.study, found.verdict))
         if self.before is not None:
             old = read_verification(self.before)
@@ -140,7 +140,7 @@ class Dossier:
             return str(error)
 
     def _without_places(self, report: Verification) -> Verification:
-        """The same with names of files, and not the folders that they are in, which are a user's own affair."""
+        """The report with names of files only: folders of a user are left out."""
         text = json.dumps(plain_findings(report))
         for typed in _named_paths(self.asked, self.subject):
             text = text.replace(json.dumps(typed)[1:-1], json.dumps(Path(typed).name or typed)[1:-1])
@@ -161,7 +161,7 @@ def _files(asked: VerificationOptions, subject: str) -> list[Path]:
 
 
 def _existing_report(file: Path) -> bytes | None:
-    """Return the content of a report that is to be replaced; None if there is no file.
+    """Return the content of a report that is to be replaced; None if the file is missing.
 
     Raises:
         InvalidInput: the file is no report, or was changed after it was written.

@@ -111,7 +111,7 @@ FORCE_LAW = "forces of the states and accelerations that the closures' predicted
 def expected_forces(
     machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
 ) -> ExpectedForces | None:
-    """Forces at the states with the gaps that the error law predicts; None without such a law.
+    """Forces at states with the gaps that the error law predicts; None without an error law.
 
     MuJoCo solves M q'' - Q = J' lambda for the accelerations that its closures prescribe, g'' of the gaps g they have,
     so its forces are those of the state with gaps at these accelerations.

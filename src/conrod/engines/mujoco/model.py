@@ -37,7 +37,7 @@ def compile_mjcf(text: str) -> mujoco.MjModel:
     """Compile an MJCF text, with the vertices of its meshes passed as files in memory.
 
     Raises:
-        ValueError: MuJoCo cannot compile it.
+        ValueError: MuJoCo cannot compile the text.
     """
     root = ET.fromstring(text)
     files = {}
@@ -110,7 +110,7 @@ class MuJoCoModel:
         return self.coordinates(poses)[0], self.rates(poses, slopes * machine.speed)[0]
 
     def coordinates(self, poses: Array) -> Array:
-        """Model coordinates (T, nq) of poses (T, 3 n)."""
+        """Coordinates qpos (T, nq) [rad, m] of the model from poses (T, 3 n)."""
         found = np.zeros((len(poses), self.model.nq))
         found[:, [place for place, _ in self._joint_addresses]] = self.tree.coordinates(poses)
         for place, _, own in self._free_bodies.values():
@@ -122,7 +122,7 @@ class MuJoCoModel:
         return found
 
     def rates(self, poses: Array, rates: Array) -> Array:
-        """Model rates (T, nv) of poses and their rates (T, 3 n)."""
+        """Rates qvel (T, nv) [rad/s, m/s] of the model from poses and their rates (T, 3 n)."""
         found = np.zeros((len(poses), self.model.nv))
         found[:, [rate for _, rate in self._joint_addresses]] = self.tree.rates(poses, rates)
         for _, rate, own in self._free_bodies.values():
@@ -131,10 +131,10 @@ class MuJoCoModel:
         return found
 
     def forward_kinematics(self, coordinates: Array, rates: Array, before: Array | None = None) -> tuple[Array, Array]:
-        """Poses and their rates (T, 3 n) of coordinates (T, nq) and rates (T, nv).
+        """Poses and their rates (T, 3 n) from coordinates qpos (T, nq) and rates qvel (T, nv).
 
         Args:
-            before: poses (3 n,) before the first ones, from which whole turns of free bodies are counted; those of
+            before: poses (3 n,) before the first ones, from which whole turns of free bodies are counted; the poses at
                 crank angle 0 by default.
         """
         known: dict[str, tuple[Array, Array]] = {}

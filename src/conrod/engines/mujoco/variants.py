@@ -203,7 +203,7 @@ def minimal_settings(machine: Machine, steps_per_revolution: int) -> MuJoCoSetti
 
 
 def ingredients(machine: Machine, minimal: MuJoCoSettings) -> Ingredients:
-    """Return what `conrod ablate` adds to the minimal model of a machine, then what it removes from it."""
+    """Return the ingredients to add to a machine's minimal model, then those to remove."""
     mechanism = machine.kinematics.mechanism
     contact = bool(mechanism.cam_contacts)
     found = (*_optional_ingredients(minimal, contact, any(mechanism.gravity)), *_minimal_ingredients(minimal, contact))

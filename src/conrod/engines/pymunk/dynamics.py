@@ -68,20 +68,21 @@ def sample_instants(mechanism: Mechanism, h: float, times: Array, centres: Array
     ahead = velocity_delay(mechanism, h)
     back = ahead - 0.5 * h
     driver, crank = mechanism.driver, 3 * mechanism.body_index[mechanism.crank] + 2
-    turn, spin = centres[:, crank].copy(), rates[:, crank].copy()
+    phi, rate = centres[:, crank].copy(), rates[:, crank].copy()
 
-    def instants_at(times: Array, turn: Array, spin: Array, gain: Array | None = None) -> Instants:
-        rest = np.zeros_like(spin) if gain is None else driver.sense * gain
-        return Instants(times, driver.sense * (turn - driver.start), driver.sense * spin, rest)
+    def instants_at(times: Array, phi: Array, rate: Array, acceleration: Array | None = None) -> Instants:
+        """Instants at times [s] from the crank body's angle phi [rad], rate and acceleration; (T,) each."""
+        second = np.zeros_like(rate) if acceleration is None else driver.sense * acceleration
+        return Instants(times, driver.sense * (phi - driver.start), driver.sense * rate, second)
 
     return SampleInstants(
-        position=instants_at(times, turn, spin),
-        velocity=instants_at(times[1:] + ahead, turn[1:] + ahead * spin[1:], spin[1:]),
+        position=instants_at(times, phi, rate),
+        velocity=instants_at(times[1:] + ahead, phi[1:] + ahead * rate[1:], rate[1:]),
         acceleration=instants_at(
             times[3:] + back,
-            turn[3:] + back * spin[2:-1],
-            0.5 * (spin[3:] + spin[2:-1]),
-            (spin[3:] - spin[2:-1]) / h,
+            phi[3:] + back * rate[2:-1],
+            0.5 * (rate[3:] + rate[2:-1]),
+            (rate[3:] - rate[2:-1]) / h,
         ),
         step=h,
         ahead=ahead,

@@ -148,9 +148,12 @@ def _point_derivatives(place: tuple[Jet, Jet]) -> list[Array]:
 
 
 def _point_lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[Array, Array, Array]:
-    """Lags (T, 2) of a point in position, velocity, acceleration for h = 1.
+    """Lags (T, 2) of a point behind its exact position, velocity and acceleration, for a step h = 1.
 
-    From the derivatives of its body's centre of gravity c, of the point, and of the body's angle phi.
+    Args:
+        c: derivatives of the centre of gravity of the point's body by the crank angle, (T, 2) each [m].
+        point: those of the point.
+        phi: those of the body's angle, (T, 1) each [rad].
     """
     r = point[0] - c[0]
     across = np.column_stack([-r[:, 1], r[:, 0]])
@@ -228,7 +231,7 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
     position = (drop + polygon.error / float(follower.cosine.min())) / follower.lift
     share = (
         float(_free_fall_share(follower, falls).mean())
-        + _other_free_steps(follower, polygon) / settings.steps_per_revolution
+        + _extra_free_steps(follower, polygon) / settings.steps_per_revolution
     )
     fallen = math.sqrt(min(1.0, share)) * fall * h / abs(machine.speed)
     velocity = (fallen + follower.facet_slope_rms(polygon)) / follower.lift
@@ -236,7 +239,7 @@ def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:
 
 
 def _free_fall_share(follower: FollowerMotion, falls: Array) -> Array:
-    """Share (T,) of steps in which a follower falls freely, at each crank angle.
+    """Share (T,) of steps with a free fall of the follower, at each crank angle.
 
     A follower falls where the cam's curve falls away under it. A step uses up h^2 |s''| / 2 of the overlap g h^2 / 2; a
     free step restores it by a fall of at most g h^2 - 2 h^2 |s''|, which is not all of it if |s''| exceeds g / 4.
@@ -248,10 +251,11 @@ def _free_fall_share(follower: FollowerMotion, falls: Array) -> Array:
     return np.where(away <= 0.25, away, np.minimum(1.0, 2.0 * away))
 
 
-def _other_free_steps(follower: FollowerMotion, polygon: CamPolygon) -> int:
-    """Most other free steps per revolution: the first, and those where the curve or the contact shape changes.
+def _extra_free_steps(follower: FollowerMotion, polygon: CamPolygon) -> int:
+    """Bound on the free steps per revolution that `_free_fall_share` does not count.
 
-    These are one at each start of a part where the curve falls away, and one where contact passes to the next wedge.
+    These are the first step, one wherever the curve begins to fall away, and one wherever contact passes to the next
+    of the wedges that make up the contact shape.
     """
     falling = follower.acceleration < 0.0
     return 1 + int(np.count_nonzero(falling & ~np.roll(falling, 1))) + len(wedges(polygon))

@@ -228,7 +228,7 @@ def _slide_constraints(made: PymunkSpace, joint: Prismatic) -> list[pymunk.Const
 
 
 def _move_line_to_centres(joint: Prismatic, anchor: Point, point: Point) -> tuple[Point, Point]:
-    """Move a slide's line through the guide's centre of gravity, and its point beside the slider's centre.
+    """Shift a slide across: its line to the guide's centre of gravity, its point level with the slider's.
 
     Chipmunk (cpGrooveJoint.c) divides by the mass along each direction before it drops the part along the groove. Its
     solver then converges to a state in which part of the speed along the groove is left across it, at any number of

@@ -20,13 +20,13 @@ from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.pymunk.python_text import (
     call,
-    choice,
+    conditional_expression,
     docstring,
-    lined_choice,
     number,
     numbers,
     one_line,
-    quoted,
+    string_literal,
+    wrapped_conditional,
 )
 from conrod.engines.pymunk.space import PymunkSpace, build_free, refusal, rounded_polygon, wedges
 from conrod.engines.pymunk.standalone_header import driven_header, free_header
@@ -75,10 +75,12 @@ def standalone_module(name: str, machine: DescribedMachine, settings: PymunkSett
 def standalone_free_module(
     name: str, machine: DescribedMachine, start: tuple[Array, Array], settings: PymunkSettings, motor: bool = False
 ) -> str:
-    """Python module of a scene without a drive: its crank moves as weight, loads and, with `motor`, a motor demand.
+    """Python module of a scene without a drive, whose crank is moved by weight, loads or a motor.
 
     Args:
         start: exact poses and rates (3 n,) of all bodies.
+        motor: whether the crank has a motor, whose rate is an argument of the module's `build`.
+
 
     Raises:
         InvalidInput: pymunk cannot have the machine; says why.
@@ -135,7 +137,7 @@ def _environment() -> Environment:
         loader=PackageLoader("conrod.engines.pymunk", ""), undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-    writers = (docstring, number, numbers, one_line, quoted)
+    writers = (docstring, number, numbers, one_line, string_literal)
     made.filters.update({write.__name__: write for write in writers})
     return made
 
@@ -144,20 +146,20 @@ def _environment() -> Environment:
 
 
 def _place(driven: PymunkSpace, undriven: PymunkSpace, body: str, point: Point, condition: str = "drive") -> str:
-    """A body's point [m] in the frame of its centre of gravity, which of a driven crank is taken to be its shaft."""
+    """Point [m] of a body in pymunk's body frame, with and without the drive, as Python source."""
     here, there = (numbers(made.to_body_frame(body, point)) for made in (driven, undriven))
-    return choice(here, there, condition)
+    return conditional_expression(here, there, condition)
 
 
 def _bodies(driven: PymunkSpace, undriven: PymunkSpace) -> list[tuple[str, str, str]]:
     """Name of each body, the call that creates it, and its start."""
     found = []
     for link, one, other in zip(undriven.mechanism.bodies, driven.bodies, undriven.bodies, strict=True):
-        before = len(quoted(link.name)) + 2
-        creation = lined_choice(_creation(one), _creation(other), ENTRY, before)
+        before = len(string_literal(link.name)) + 2
+        creation = wrapped_conditional(_creation(one), _creation(other), ENTRY, before)
         start = call("", _start(one), ENTRY, before)
         if _start(one) != _start(other):
-            start = lined_choice(f"({', '.join(_start(one))})", f"({', '.join(_start(other))})", ENTRY, before)
+            start = wrapped_conditional(f"({', '.join(_start(one))})", f"({', '.join(_start(other))})", ENTRY, before)
         found.append((link.name, creation, start))
     return found
 
@@ -185,25 +187,26 @@ def _constraints(driven: PymunkSpace, undriven: PymunkSpace) -> list[tuple[str, 
         taken.add(name)
         function, *arguments = _constraint_parts(driven, one)
         others = _constraint_parts(undriven, other)[1:]
-        chosen = [choice(here, there) for here, there in zip(arguments, others, strict=True)]
-        found.append((name, call(function, chosen, ENTRY, len(quoted(name)) + 2)))
+        chosen = [conditional_expression(here, there) for here, there in zip(arguments, others, strict=True)]
+        found.append((name, call(function, chosen, ENTRY, len(string_literal(name)) + 2)))
     return found
 
 
 def _shaft(driven: PymunkSpace, undriven: PymunkSpace) -> tuple[str, str] | None:
-    """Name of the crank's shaft and the call that creates it where the drive does not hold it; None without a drive."""
+    """Name and creating call of the crank's shaft for a model without the drive; None if it has no drive."""
     if driven is undriven:
         return None
     name = driven.mechanism.driver.joint
     (one,) = (constraint for constraint, joint in undriven.names.items() if joint == name)
     function, *arguments = _constraint_parts(undriven, one)
-    return name, call(function, arguments, ENTRY, len(quoted(name)) + 2)
+    return name, call(function, arguments, ENTRY, len(string_literal(name)) + 2)
 
 
 def _constraint_parts(made: PymunkSpace, constraint: pymunk.Constraint) -> list[str]:
     """Function that creates a constraint, and its arguments."""
     names = {
-        body: f"bodies[{quoted(link.name)}]" for link, body in zip(made.mechanism.bodies, made.bodies, strict=True)
+        body: f"bodies[{string_literal(link.name)}]"
+        for link, body in zip(made.mechanism.bodies, made.bodies, strict=True)
     }
     names[made.space.static_body] = "ground"
     ends = [names[constraint.a], names[constraint.b]]
@@ -220,11 +223,11 @@ def _constraint_parts(made: PymunkSpace, constraint: pymunk.Constraint) -> list[
 
 
 def _points(driven: PymunkSpace, undriven: PymunkSpace) -> list[tuple[str, str]]:
-    """Name of each observed point, and its body with its place there."""
+    """Name of each observed point, and its body and place [m] as a tuple in Python source."""
     found = []
     for one in undriven.mechanism.observed:
-        place = [quoted(one.body), _place(driven, undriven, one.body, one.point)]
-        found.append((one.name, call("", place, ENTRY, len(quoted(one.name)) + 2)))
+        place = [string_literal(one.body), _place(driven, undriven, one.body, one.point)]
+        found.append((one.name, call("", place, ENTRY, len(string_literal(one.name)) + 2)))
     return found
 
 

@@ -48,7 +48,9 @@ def free_header(name: str, machine: DescribedMachine, settings: PymunkSettings, 
 
 def _document(name: str, machine: DescribedMachine, building: str, paragraphs: list[str]) -> str:
     """Docstring: title, use, source, parameters, frame, and further paragraphs."""
-    use = f"    {building}\n    step(model)  # as often as needed\n    model.position({_first_point(machine)!r})"
+    use = (
+        f"    {building}\n    step(model)  # as often as needed\n    model.position({_first_observed_name(machine)!r})"
+    )
     return "\n\n".join(
         [
             _wrap_paragraph(f"{machine.title}, scene {name} of conrod, as a pymunk model."),
@@ -61,7 +63,8 @@ def _document(name: str, machine: DescribedMachine, building: str, paragraphs: l
     )
 
 
-def _first_point(machine: DescribedMachine) -> str:
+def _first_observed_name(machine: DescribedMachine) -> str:
+    """Name of the first observed point; empty if no point is observed."""
     return next((point.name for point in machine.kinematics.mechanism.observed), "")
 
 

@@ -49,7 +49,7 @@ def _coordinate_call(along: Coordinate, place: PlaceText) -> str:
 
 
 def _force_expression(law: LoadLaw) -> str:
-    """Force [N], or torque [N m], along the coordinate; the equations are those of `conrod.mechanism.loads`."""
+    """Force [N], or torque [N m], along the coordinate, by the equations of `conrod.mechanism.loads`."""
     match law:
         case Elastic():
             found = f"{-law.stiffness!r} * (value - {law.rest!r})"

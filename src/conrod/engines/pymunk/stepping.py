@@ -28,7 +28,7 @@ States = tuple[Array, Array]  # positions with angles of the centres of gravity,
 
 
 def read_states(made: PymunkSpace) -> States:
-    """The present states, T = 1."""
+    """Read the present states of all bodies, as samples with T = 1."""
     centres, rates = np.empty((2, 1, 3 * len(made.bodies)))
     _read_into(made.bodies, centres[0], rates[0])
     return centres, rates

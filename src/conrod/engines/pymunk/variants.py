@@ -81,7 +81,7 @@ def with_time_constant(machine: Machine, settings: PymunkSettings, steps: float)
 
 
 def with_regularisation(machine: Machine, settings: PymunkSettings, share: float) -> None:
-    """Return None: neither joints nor contacts are regularised; a contact's slop is a remaining overlap."""
+    """Return None, as pymunk regularises neither joints nor contacts; a contact's slop is an overlap."""
     return
 
 

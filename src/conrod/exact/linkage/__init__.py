@@ -157,7 +157,7 @@ class TurnQuantities:
 
 @dataclass(frozen=True)
 class InstantQuantities:
-    """Motion of all links and observed points at one crank angle, and what a course derives from it."""
+    """Motion of all links and observed points at one crank angle, with instant centres and relative motions."""
 
     angle: float  # of the crank [rad]
     speed: float  # of the crank [rad/s]

@@ -67,7 +67,7 @@ def _twists(link: LinkMotion) -> Array:
 
 
 def _pole(twist: Array, size: float) -> tuple[Array | None, float | None]:
-    """Place [m] of the pole of a relative motion, or the direction [rad] in which it lies at infinity.
+    """Place [m] of the pole of a relative motion, or the direction [rad] of a pole at infinity.
 
     The velocity v + omega x p vanishes at p = (-v_y, v_x) / omega; at omega = 0 all points move alike, and the pole
     lies at infinity at a right angle to v.

@@ -188,7 +188,7 @@ class SpatialTree:
         return set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
 
     def closures_linked_to(self, joint: SpatialJoint) -> frozenset[str]:
-        """Names of the closures that depend on a joint, or on a joint that such a closure depends on, and so on."""
+        """Names of the closures that depend on a joint, directly or through further closures and joints."""
         rates, linked = {joint.rate}, set[str]()
         while found := [c for c in self.closures if c.name not in linked and rates & self._loop_rates(c)]:
             linked |= {closure.name for closure in found}

@@ -159,7 +159,7 @@ class Assembly:
         """Solve the closures' reduced equations (T, r) at times (T,).
 
         Raises:
-            InvalidInput: they are singular at a time; names the pose.
+            InvalidInput: the equations are singular at a time; names the pose.
         """
         try:
             return np.asarray(np.linalg.solve(matrix, right[:, :, None])[:, :, 0])

@@ -60,7 +60,11 @@ def _coordinate_sum(found: Poses, factors: dict[int, float], reference: float) -
 
 
 def _coupling_residual(found: Poses, closure: SpatialClosure, order: int) -> Series:
-    """Dependent sum less the polynomial of the independent one, by Horner's rule."""
+    """Residual y - (c_0 + c_1 x + c_2 x^2 + ..) of a coupling, a series up to an order in time.
+
+    x and y are the weighted sums of its independent and dependent joint coordinates. The polynomial is evaluated by
+    Horner's rule, and all is multiplied by `coupling_length`.
+    """
     length = coupling_length(found.tree, closure)
     dependent = _coordinate_sum(found, closure.sums[0], closure.references[0])
     value: Series = [np.array([closure.polynomial[-1]])]

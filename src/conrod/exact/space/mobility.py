@@ -165,7 +165,10 @@ def _examined_knots(machine: DrivenTree) -> list[int]:
 
 
 def _scaled_jacobian(machine: DrivenTree, found: Poses) -> tuple[Array, list[int]]:
-    """Closures' Jacobian (rows, columns) with its rates, driven ones first; rotations in m of the extent."""
+    """Jacobian (rows, columns) of the closures by the joint rates, and each column's joint rate.
+
+    The driven joints' columns come first, then the free rates'. Rotations are weighed by the machine's extent [m].
+    """
     columns = [*(joint.rate for joint in machine.driven), *machine.free.tolist()]
     weights = [1.0 / machine.tree.extent if joint.unit == "rad" else 1.0 for joint in machine.driven]
     return jacobian(found, 1)[0][:, columns] * np.array([*weights, *machine.weights]), columns

@@ -36,7 +36,7 @@ _TYPE_NAMES: dict[type, str] = {
 
 @dataclass
 class Numbers:
-    """All numbers read from a file, by their place in it; those of [parameters] by their name.
+    """All numbers read from a file, by their place in it, or by their name in [parameters].
 
     Attributes:
         given_anew: values [SI] that replace the file's.
@@ -59,7 +59,7 @@ class Numbers:
             name: name of the parameter, if it is not the place.
 
         Raises:
-            InvalidInput: it is no number, has a unit of another dimension, or is out of range.
+            InvalidInput: the value is no number, has a unit of another dimension, or is out of range.
         """
         fact = replace(kind, name=place, meaning=meaning)
         value = self._resolve_value(place, given, fact)
@@ -265,7 +265,7 @@ def one_line(place: str, given: object) -> str:
     """A text with its line breaks replaced by spaces.
 
     Raises:
-        InvalidInput: it is no text, is empty or too long, or has characters that cannot be printed.
+        InvalidInput: the value is no text, is empty or too long, or has unprintable characters.
     """
     if not isinstance(given, str):
         raise InvalidInput(f"{place} = {describe_value(given)}: a text is wanted")

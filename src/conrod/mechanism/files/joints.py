@@ -62,7 +62,7 @@ def _line(fields: Fields, name: str, places: Places) -> tuple[BodyPoint, float]:
 
 
 def _gear(fields: Fields, name: str, places: Places) -> Rolling:
-    """Read a pair of gears, one of which may be a ring gear."""
+    """Read a pair of gears; either may be a ring gear."""
     first, second = places.pair(fields, "wheels")
     radii = fields.entries("radii", "the pitch radii of the two wheels are wanted")
     signed = [

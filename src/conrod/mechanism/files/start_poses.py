@@ -89,15 +89,15 @@ class _PlacementSearch:
         """Error message for bodies that could not be placed."""
         first = f"start.{bodies[0]}"
         give = f"where about one of its points is, as in {first}.{ORIGIN} = [0, 0]"
-        if self._known_turn(bodies[0]) is None:
+        if self._known_rotation(bodies[0]) is None:
             give = f"{first}.{TURN_KEY}, or {give}"
         others = f", or the same of {', '.join(bodies[1:])}" if bodies[1:] else ""
         return f"{first}: where it is at crank angle 0 does not follow from the other bodies: give {give}{others}"
 
     def place(self, body: str) -> bool:
         """Place a body if its pose is determined; return whether it is."""
-        known, turn = self._known_points(body), self._known_turn(body)
-        turn = _turn_between(known) if turn is None else turn
+        known, turn = self._known_points(body), self._known_rotation(body)
+        turn = _rotation_between(known) if turn is None else turn
         if turn is None or not known:
             return False
         away = [to_world((0.0, 0.0, turn), local) for local, _ in known]
@@ -114,7 +114,7 @@ class _PlacementSearch:
         self.turns[body] = 0.0
         return self.place(body)
 
-    def _known_turn(self, body: str) -> float | None:
+    def _known_rotation(self, body: str) -> float | None:
         """Rotation [rad] of a body, from a slide or from [start]; None if it is not known."""
         for joint, other, _, _ in self._joints_with_partner(body, Prismatic):
             if isinstance(joint, Prismatic) and other in self.poses:
@@ -132,8 +132,8 @@ class _PlacementSearch:
         return [(j, *joint_partner(j, body)) for j in self._joints if isinstance(j, kind) and body in (j.a, j.b)]
 
 
-def _turn_between(known: list[tuple[Point, Point]]) -> float | None:
-    """Rotation [rad] of a body with two known points, those farthest from each other; else None."""
+def _rotation_between(known: list[tuple[Point, Point]]) -> float | None:
+    """Rotation [rad] of a body by its two known points farthest apart; None without two distinct points."""
     pairs = [(math.dist(a[0], b[0]), i, j) for i, a in enumerate(known) for j, b in enumerate(known[:i])]
     if not pairs:
         return None

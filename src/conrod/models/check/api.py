@@ -115,7 +115,7 @@ def check_model(
 def question_on_model(
     scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float]
 ) -> ModelRequest:
-    """The request for a model: its crank and observed points, and the mobility of its scene.
+    """Make the request for a model, with its crank and observed points, and the mobility of its scene.
 
     Raises:
         InvalidInput: the crank or a point is missing or unknown.

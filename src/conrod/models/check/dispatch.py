@@ -66,10 +66,10 @@ JUDGED = {
 
 
 def _keywords(function: str, subject: str, given: Mapping[str, Any], **machine: OneScene | None) -> dict[str, Any]:
-    """Return the keywords of a function for its subject, with the scene or machine if there is one.
+    """Return the keywords of a function for its subject, with a given scene or machine added.
 
     Raises:
-        InvalidInput: a keyword is none of the function's; names the functions that have it.
+        InvalidInput: the function has no such keyword; names the functions that have it.
     """
     known = {name: [*signature(getattr(conrod, name)).parameters][1:] for name in JUDGED if name in conrod.__all__}
     for keyword in given:

@@ -115,7 +115,7 @@ class FrameFit:
         """Fit the free parts of the frame, some lengths and the places of some points by least squares.
 
         Raises:
-            InvalidInput: there are no distances at the start, or it leads to no machine.
+            InvalidInput: the start has no distances, or the fit leads to no machine.
         """
         search, scene = self.search, self.search.scene
         frame = [name for name in ("zero", "rotation") if getattr(search.given, name) is None]

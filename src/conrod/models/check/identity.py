@@ -85,7 +85,7 @@ def smallest_explanations(start: FrameFit, floor: float) -> list[tuple[Explanati
 
 
 def _change_sets(search: PathSearch) -> Iterator[list[ChangeSet]]:
-    """Yield candidate sets of changes by growing size; all lengths together come last."""
+    """Yield sets of changed lengths and misplaced points to try, by growing size; last, all lengths."""
     single: list[ChangeSet] = [((name,), ()) for name in length_names(search.scene)]
     single += [((), (point,)) for point in search.scan.points]
     for count in range(1, MAX_CHANGES + 1):

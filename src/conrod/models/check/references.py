@@ -34,7 +34,7 @@ def with_lengths(scene: Scene, names: Sequence[str], values: Array) -> Scene:
     """A scene with other lengths [m]; the value of `ALL_LENGTHS` is a factor on all of them.
 
     Raises:
-        InvalidInput: it cannot be assembled, or not turn.
+        InvalidInput: a scene with these lengths cannot be assembled or cannot turn.
     """
     changed = {n: float(v) for n, v in zip(names, values, strict=True) if n != ALL_LENGTHS}
     if ALL_LENGTHS in names:
@@ -96,10 +96,10 @@ def other_branches(scene: Scene) -> tuple[GenericReference, ...]:
 
 
 def with_branch_of(reference: ExactReference, branch: GenericReference | None) -> ExactReference:
-    """Return the exact motion of a machine on the assembly branch of another; None keeps its own branch.
+    """Return the exact motion of a machine on a given assembly branch; None keeps its present branch.
 
     Args:
-        reference: exact motion with the lengths to keep; one by the generic solver is returned as it is.
+        reference: exact motion with the lengths to keep; a `GenericReference` is returned as it is.
         branch: exact motion of the same machine, of any lengths, that starts from poses on the branch.
     """
     if branch is None or isinstance(reference, GenericReference):
@@ -145,7 +145,7 @@ def sensitivities(scene: Scene) -> dict[str, Array]:
     """Sensitivity of each point's position around the shaft to each length: (points, angles) [m/m].
 
     Raises:
-        InvalidInput: one length cannot be changed alone, as at a change point.
+        InvalidInput: a length cannot be changed alone, as at a change point.
     """
     names = [name for name in length_names(scene) if name != ALL_LENGTHS]
     step = DIFFERENCE_STEP * max(abs(scene.parameters[name]) for name in names)

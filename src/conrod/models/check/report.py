@@ -53,7 +53,7 @@ def verdict(study: ModelStudy) -> str:
 
 
 def _other_forces_words(study: ModelStudy) -> Iterator[str]:
-    """Yield sentences on forces other than those of the loops, in the driven and the own run."""
+    """Yield sentences on forces that are no loop forces, in the driven and the own run."""
     driven = () if study.own is None else study.own.acting
     named, engine = {one.title for one in driven}, f"MuJoCo {study.model.engine_version}"
     yield from acting_sentences(driven, engine)

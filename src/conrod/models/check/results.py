@@ -100,7 +100,7 @@ class ModelStudy:
 
     @property
     def is_machine(self) -> bool:
-        """True if the model's paths are the machine's."""
+        """True if the model's points follow the machine's paths within `kinematic_tolerance`."""
         return self.identity.is_machine(self.kinematic_tolerance)
 
     @property

@@ -30,7 +30,7 @@ def scan(turning: Turning, question: ModelRequest) -> Scan:
     """Sample a model at `TURN_SAMPLES` angles of a turn, or along a pass; check that its points return.
 
     Raises:
-        InvalidInput: it cannot turn fully, or has not the keyframe or a control that is asked for.
+        InvalidInput: the model cannot turn fully, or lacks a requested keyframe or control.
     """
     model, crank, data = turning.model, turning.crank, mujoco.MjData(turning.model)
     facts, samples, lengths = model_facts(turning, question), [], list[Array]()

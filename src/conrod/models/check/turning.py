@@ -94,7 +94,7 @@ class Turning:
         """The closed pose (nq, 1) near a given one at which two geoms just touch.
 
         Raises:
-            InvalidInput: they cannot be brought to touch.
+            InvalidInput: the geoms cannot be brought to touch.
         """
         machine, data, extent = self.machine, mujoco.MjData(self.model), float(self.model.stat.extent)
         base = machine.close_loops(coordinates, time)[0]
@@ -126,8 +126,8 @@ def prepare_turning(path: Path, question: ModelRequest) -> Turning:
     """Load a model, find its crank and points, and assemble it from the keyframe or the first closing pose.
 
     Raises:
-        InvalidInput: the model cannot be loaded, has not what was asked for, is of another mobility than the machine
-            or cannot be assembled and turned.
+        InvalidInput: the model cannot be loaded, lacks a requested element, has another mobility than the machine, or
+            cannot be assembled and turned.
     """
     model = load_model(path)
     check_finite(model)
@@ -168,7 +168,7 @@ def _one_pass(made: Turning, width: float) -> Turning:
     """Extend the motion to all that the crank can travel, at most one pass to each side of the assembly.
 
     Raises:
-        InvalidInput: that is less than the pass; names the poses where it ends.
+        InvalidInput: the crank travels less than the pass; names the poses where it stops.
     """
     (back, lowest, low), (ahead, _, high) = (_reachable_travel(made, sense, width) for sense in (-1.0, 1.0))
     if back + ahead < width * (1.0 - 1e-9):
@@ -219,7 +219,7 @@ def _nearest_geoms(made: Turning) -> tuple[int, int]:
     """The nearest pair of a geom that turns with the crank and a movable one that does not.
 
     Raises:
-        InvalidInput: there is no pair that may collide.
+        InvalidInput: no two such geoms may collide.
     """
     model, data = made.model, mujoco.MjData(made.model)
     data.qpos[:] = made.start[:, 0]

@@ -166,10 +166,10 @@ def _check_model(name: str, asked: CheckOptions) -> None:
 
 
 def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, str]]:
-    """The crank and the places of observed points that options name.
+    """Return the crank, and the places of observed points, that the options name.
 
     Raises:
-        InvalidInput: one is missing.
+        InvalidInput: --crank or a --point is missing.
     """
     observed = [point.name for point in scene.mechanism().observed]
     if asked.crank is None:
@@ -281,10 +281,10 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
 
 
 def _dossier(command: str, names: tuple[str, ...], asked: CheckOptions, scenes: dict[str, Any]) -> Any:
-    """The verification report that is asked for; None where none is.
+    """Prepare the verification report that --verification asks for; None without this option.
 
     Raises:
-        InvalidInput: it cannot be made, or options that belong to it were given without.
+        InvalidInput: the report cannot be made, or options that need --verification were given without.
     """
     if asked.verification is None:
         refuse(asked, "no --verification", *MEASUREMENTS)

@@ -124,10 +124,10 @@ def _free_mjcf(name: str, scene: Scene, steps_per_rev: int | None, motor: bool) 
 
 
 def samples_of(name: str, steps_per_rev: int | None, revolutions: int | None, usual: int) -> tuple[int, int]:
-    """Samples a revolution and revolutions of an exact motion.
+    """Return samples per revolution, and revolutions, of an exact motion.
 
     Raises:
-        InvalidInput: they are out of range.
+        InvalidInput: a number is out of range.
     """
     samples = CSV_SAMPLES if steps_per_rev is None else steps_per_rev
     turns = usual if revolutions is None else revolutions

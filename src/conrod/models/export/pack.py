@@ -172,7 +172,7 @@ def pack_to_write(text: str | None) -> Path:
     """Return the folder or archive that a user names, if it is free or an earlier pack.
 
     Raises:
-        InvalidInput: none is named, it cannot be written, or it holds other files.
+        InvalidInput: no place is named, or it cannot be written or holds other files.
     """
     if text is None:
         raise InvalidInput("--format pack is a folder or an archive: name it with -o DIR or -o FILE.zip")

@@ -50,7 +50,7 @@ def run_fmu(
         timeout: longest time of the run [s].
 
     Raises:
-        InvalidInput: it or an option cannot be used, or its run does not complete.
+        InvalidInput: the FMU or an option cannot be used, or the run does not complete.
     """
     with TemporaryDirectory(prefix="conrod-fmu-") as folder:
         fmu = local.call_on_file(read_fmu, path, folder)
@@ -85,7 +85,7 @@ def choose_variables(fmu: FmuDescription, points: Sequence[str], asked: ColumnRe
     An output that is called as a quantity of the scene is, `C.x`, is that quantity unless another is named.
 
     Raises:
-        InvalidInput: a variable that it has not or that has no unit, or nothing that could be judged.
+        InvalidInput: a variable is missing or has no unit, or no variable can be judged.
     """
     variables = {variable.name: (place, variable) for place, variable in enumerate(fmu.variables, start=1)}
     outputs = [variable.name for variable in fmu.variables if variable.output]
@@ -127,7 +127,7 @@ def unpack(path: Path, folder: str) -> list[str]:
     """Unpack an FMU; return the names of its files.
 
     Raises:
-        InvalidInput: it is no such archive, or one that was made to do harm.
+        InvalidInput: the file is no FMU, or an archive that was made to do harm.
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -189,7 +189,7 @@ def read_fmu(path: Path, folder: str) -> FmuDescription:
     """Unpack an FMU into a folder and read its description; none of its code is loaded.
 
     Raises:
-        InvalidInput: it cannot be used here; says why.
+        InvalidInput: the FMU cannot be used here; says why.
     """
     try:
         import fmpy
@@ -248,7 +248,7 @@ def simulate(
         Time and variables (T, 1 + variables), in the FMU's units.
 
     Raises:
-        InvalidInput: a call of it failed, or it ended before its time.
+        InvalidInput: a call of the FMU failed, or the FMU stopped before the end.
     """
     import fmpy
 

@@ -43,16 +43,16 @@ def harden(
 ) -> HardenedModel | None:
     """Make the closed loops of a MuJoCo model stay closed.
 
-    A compiled model (`MjModel`) is changed in place, see `conrod.engines.mujoco.compiled_edits.harden`. Of a file or
-    a specification it is shown on runs what hardening changes, and the hardened model is made where asked for.
+    A compiled model (`MjModel`) is changed in place, see `conrod.engines.mujoco.compiled_edits.harden`. A file
+    or specification is left alone: runs with and without hardening show what it changes.
 
     Args:
         model: compiled, or the path of an MJCF or binary file, or an `MjSpec`.
         factor: factor on the inverse weights of a compiled model, in (0, 1].
         keyframe, controls: as in `lint`.
         seconds: length of the runs [s].
-        force: harden what seems to be soft on purpose, or breaks off when hard.
-        write: whether the hardened model is wanted: `content` of the answer is then a binary model.
+        force: harden closures that seem soft on purpose, or whose run breaks off when they are hard.
+        write: whether the result has the hardened model, in binary form, as its `content`.
 
     Raises:
         InvalidInput: the model or an argument cannot be used; says what can.

@@ -61,7 +61,7 @@ def hardenable_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
 
 
 def _closure(model: mujoco.MjModel, index: int) -> Closure:
-    """Describe the equality constraint of an index: what it ties, and whether nonlinearly."""
+    """Describe an equality constraint by its index: its bodies or joints, and whether it is nonlinear."""
     name, kind = name_or_number(model, "equality", index), equality_kind(model, index)
     if ties_bodies(model, index):
         return Closure(index, name, kind, "body", tuple(compat.equality_bodies(model, index)))

@@ -57,7 +57,7 @@ def harden_file(
         controls: inputs of actuators in place of the keyframe's, held through the runs.
 
     Raises:
-        InvalidInput: the model is none, has no such keyframe, or the run would be too short or too long.
+        InvalidInput: the file is no model, lacks the keyframe, or the run would be too short or too long.
     """
     # By its whole path, as in the lines: MuJoCo keeps in the model where its assets are.
     model = load_model(path.absolute())
@@ -212,7 +212,7 @@ def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
     """Number of steps of a run, and of steps from one sample to the next.
 
     Raises:
-        InvalidInput: they are too few or too many.
+        InvalidInput: the steps are too few or too many.
     """
     timestep = float(model.opt.timestep)
     least, most = MIN_STEPS * timestep, MAX_STEPS * timestep
@@ -226,7 +226,7 @@ def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
 
 
 def reference_run(hard: mujoco.MjModel, state: Array, steps: int, every: int) -> tuple[Run, float | None]:
-    """The reference run with closed loops, and its own error [m]; None if a run broke off.
+    """The reference run with closed loops, and the error [m] of this run; None if a run broke off.
 
     It is the hardened model under RK4 at a sixteenth of the step. What a soft loop adds to the motion is thus an error,
     as it is for the user.

@@ -73,7 +73,7 @@ def invariances(
 
 
 def is_model(subject: Any) -> bool:
-    """True of a model, in memory or as a file; False of a scene."""
+    """True for a model, in memory or as a file; False for a scene."""
     if isinstance(subject, Scene | tuple):
         return False
     return not isinstance(subject, str | Path) or str(subject).lower().endswith(MODELS)

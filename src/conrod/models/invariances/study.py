@@ -94,7 +94,7 @@ def _bench(model: mujoco.MjModel, start: Array, steps: int) -> changes.Invarianc
     """Run a model and take some of its states.
 
     Raises:
-        InvalidInput: its run breaks off before there is a state.
+        InvalidInput: the run breaks off before its first state.
     """
     made = run(model, start, steps)
     every = max(1, len(made.states) // COMPARED_STATES)

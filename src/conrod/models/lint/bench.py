@@ -66,14 +66,14 @@ class Document:
         """Compile the model with edits, with includes and assets relative to a folder.
 
         Raises:
-            ValueError: it does not compile.
+            ValueError: the edited model does not compile.
         """
         with contextlib.chdir(folder or self.folder), silence_warnings():
             return mujoco.MjModel.from_xml_string(self.text_with(edits))
 
 
 def first_difference(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
-    """Name of the first array in which two compiled models differ, names apart; empty if none."""
+    """Name of the first array that differs between two compiled models, names apart; empty if none."""
     for name in dir(one):
         value = getattr(one, name)
         if not name.startswith(("_", "name")) and isinstance(value, np.ndarray) and "path" not in name:
@@ -88,7 +88,7 @@ def first_difference(one: mujoco.MjModel, other: mujoco.MjModel) -> str:
 
 @dataclass(frozen=True, eq=False)
 class LintBench:
-    """A model with its start and run, from which rules are judged."""
+    """A model with its start and its run, which rules examine."""
 
     document: Document  # the file
     model: mujoco.MjModel  # compiled from it with the edits

@@ -57,7 +57,7 @@ def lint(
         fix_folder: folder for a model with the safe fixes; None if none is asked for.
 
     Raises:
-        InvalidInput: the file cannot be used, or has not what is named.
+        InvalidInput: the file cannot be used, or lacks a named keyframe or control.
     """
     for name in ignored:
         if name not in RULES:
@@ -113,10 +113,10 @@ def judge_rules(bench: LintBench, ignored: Sequence[str]) -> tuple[tuple[Finding
 
 
 def fix(bench: LintBench, findings: tuple[Finding, ...], folder: Path) -> FixedModel:
-    """Make the safe edits of all findings, as a file for a folder.
+    """Make a model with the safe edits of all findings, to be written into a folder.
 
     Raises:
-        InvalidInput: from there it would not find what it needs.
+        InvalidInput: in this folder the model would not find its includes and assets.
     """
     edits = tuple(edit for finding in findings if finding.safe for edit in finding.edits)
     if not edits:

@@ -48,7 +48,7 @@ def step_too_long(bench: LintBench) -> Iterator[Finding]:
 
 
 def longest_stable(bench: LintBench) -> LintBench | None:
-    """The model with the longest stable step among its own, half of it and so on; None if none is stable."""
+    """The model with the longest stable step of h, h/2, h/4, .., h its own; None if none is stable."""
     trial = bench
     for _ in range(MAX_HALVINGS):
         if is_stable(trial, trial.finer):
@@ -137,7 +137,7 @@ def _unsolved_share(model: mujoco.MjModel, solved: mujoco.MjModel, state: Array)
 
 
 def nothing_moves(bench: LintBench) -> Iterator[Finding]:
-    """A run in which nothing moves, and which shows nothing."""
+    """A run without motion, which shows nothing."""
     run = bench.run
     if run.broke or run.travel > UNCHANGED_SHARE * bench.size:
         return

@@ -74,7 +74,7 @@ def finding(study: LoopStudy) -> str:
 
 
 def _other_forces_words(study: LoopStudy) -> Iterator[str]:
-    """Yield sentences on forces other than those of the loops, in the driven and the own run."""
+    """Yield sentences on forces that are no loop forces, in the driven and the own run."""
     driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
     named = {one.title for one in driven}
     yield from acting_sentences(driven, engine)
@@ -283,6 +283,7 @@ def how_exact(study: LoopStudy) -> Iterator[str]:
 
 
 def _force_words(what: str, found: Mapping[str, float]) -> str:
+    """Say how far forces are off at most, given their relative errors by name."""
     if not found:
         return f"{what}: none that is determined"
     worst = max(found, key=lambda name: found[name])

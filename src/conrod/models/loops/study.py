@@ -96,7 +96,7 @@ def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: boo
         Why it was assembled from another pose; empty where it was not.
 
     Raises:
-        InvalidInput: its drives are too few or too many, or its loops let it not go all the way.
+        InvalidInput: the drives are too few or too many, or the loops block their motion.
     """
     outside, refused = outside_words(machine.tree, pose), None
     try:
@@ -127,7 +127,7 @@ def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> 
         The pose, in words.
 
     Raises:
-        InvalidInput: there is none, or it goes not all the way from there.
+        InvalidInput: no such pose exists, or the loops block the motion from it.
     """
     if (inside := closed_pose_inside(machine)) is None:
         raise InvalidInput("and no pose inside closes its loops")
@@ -231,7 +231,7 @@ class _LoopBench:
     def _compare_with_machine(
         self, machine: SpatialTree | None, motion: SpatialMotion, travel: float
     ) -> MachineComparison | None:
-        """Compare the model with the machine asked for, and with the closed form of that if there is one."""
+        """Compare the model with the requested machine, and with its closed form, if any."""
         if machine is None or (name := self.question.machine) is None:
             return None
         driven = self.machine
@@ -296,7 +296,7 @@ class _LoopBench:
         return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
 
     def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
-        """Run the file with the requested controls and with its own settings.
+        """Run the file as it is, with the requested controls.
 
         Args:
             travel: largest distance [m] that a judged point moves from its start.

@@ -29,7 +29,7 @@ def audit_file(path: Path) -> AuditedDocument:
     """Judge the printed values in a file; its rows name built-in machines or mechanism files of its folder.
 
     Raises:
-        InvalidInput: it cannot be read or used; names the file, the row and the field.
+        InvalidInput: the file cannot be read or used; names file, row and field.
     """
     check_readable(path)
     if path.stat().st_size > MAX_TABLE_BYTES:

@@ -78,7 +78,17 @@ def table_findings(
     baseline: tuple[str | Path | None, bool],
     call: str,
 ) -> Findings[TableStudy]:
-    """Judge a table, or what an FMU returned as one, and compare it with its baseline."""
+    """Judge a table, or an FMU by the table of its run, and compare the result with a baseline.
+
+    Args:
+        judge: judges the table against a scene, and returns its `TableStudy`.
+        path: the table or FMU.
+        shown: name that the report states; None for the file's.
+        scene: name and scene.
+        words: arguments that the result depends on, see `BaselineCheck.prepare`.
+        baseline: file of the baseline, None for none, and whether to accept the result.
+        call: the Python call that finds the same.
+    """
     check = BaselineCheck.prepare(baseline[0], dict([scene]), words, accept=baseline[1])
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[list[TableStudy]]:

@@ -114,7 +114,7 @@ def _reproducing_causes(
                 after is not None
                 and after <= MAX_REMAINING_SHARE * min(size, 1.0)
                 and (kind not in SENSOR_FAULTS or after <= allowed.get(name, allowed.get(ERRORS[name], math.inf)))
-                and not _is_stillness(rows, undone, name, after)
+                and not _makes_motion_still(rows, undone, name, after)
             ):
                 explains[name] = (size, after)
         cause = Cause(kind, text, explains)
@@ -127,8 +127,13 @@ def _reproducing_causes(
     return tuple(cause for cause in ranked if not _is_beaten(cause, [other for other in ranked if other is not cause]))
 
 
-def _is_stillness(table: TableComparison, undone: TableComparison, name: str, after: float) -> bool:
-    """True if undoing a slip makes an error small only by making the exact motion stand still, as the table does."""
+def _makes_motion_still(table: TableComparison, undone: TableComparison, name: str, after: float) -> bool:
+    """True if undoing a slip explains an error only because the exact motion then stands still, too.
+
+    Args:
+        undone: the table without the slip.
+        after: the normalised error that undoing it leaves.
+    """
     travel = _travel(undone, name)
     return travel < _travel(table, name) and after >= MAX_REMAINING_SHARE * travel
 

@@ -260,7 +260,7 @@ def column_with_unit(name: str, dimension: str, place: int, heading: str, stated
         stated: its unit by the heading or another account, empty for none.
 
     Raises:
-        InvalidInput: the unit is none of what the column holds.
+        InvalidInput: the unit does not fit the quantity of the column.
     """
     # Whose lengths are in mm, its velocities are in mm/s.
     ways = [way for unit in asked.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]

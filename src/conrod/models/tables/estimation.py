@@ -62,7 +62,7 @@ def estimate(table: TableComparison, asked: Sequence[str]) -> tuple[Estimate, ..
     """Estimate the clock offset or the crank phase of a table.
 
     Raises:
-        InvalidInput: the table does not have what it would be determined from, or too little of it.
+        InvalidInput: the table lacks the columns, or the rows, that the estimate needs.
     """
     what, has_places, has_angle = f"--estimate {','.join(asked)}", table.points("position"), CRANK_ANGLE in table.values
     if not has_places and not has_angle:

@@ -34,7 +34,7 @@ MAX_NAMED_COLUMNS = 4  # columns that a cause names
 
 
 def sensor_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
-    """Undo each fault that sensors of whole turns may have, per quantity; the crank's speed by its own angle."""
+    """Undo gains, offsets and drifts of each quantity, and a wrong crank speed, in a table of whole turns."""
     if len(table.times) < MIN_ROWS or not _has_whole_turns(table):
         return
     for quantity in MOTION:
@@ -79,7 +79,7 @@ def _outlier_words(table: TableComparison, name: str, rows: NDArray[np.intp]) ->
 
 
 def _gain(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
-    """Undo gains g = v e / (e e) of columns v with the exact values e, where they are not all those of a unit."""
+    """Undo gains g = v e / (e e) of columns v with exact values e, unless as far off as a wrong unit."""
     gains = dict[str, float]()
     for column, off in _differences(table, quantity).items():
         exact = table.values[column] - off
@@ -101,7 +101,7 @@ def _gain(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
 
 
 def _offset(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
-    """Undo constant offsets of columns; of positions those that are no offset of the whole frame."""
+    """Undo constant offsets of columns, except offsets of positions that another origin explains."""
     means = {column: float(off.mean()) for column, off in _differences(table, quantity).items()}
     found = _largest({column: abs(mean) for column, mean in means.items()})
     if not found or (quantity == "position" and _is_common(means)):
@@ -118,7 +118,7 @@ def _offset(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
 
 
 def _is_common(means: Mapping[str, float]) -> bool:
-    """True if the offset of each axis is that of all points, as of another origin of the frame."""
+    """True if all points have the same offset along each axis, as with another origin of the frame."""
     largest = max(map(abs, means.values()))
     return all(
         np.ptp([mean for column, mean in means.items() if column.endswith(axis)] or [0.0]) <= MIN_SHARE * largest

@@ -27,7 +27,7 @@ CLOCK_NOTE = (
 
 @dataclass(frozen=True)
 class TableStudy:
-    """The result of `conrod check TABLE --scene SCENE`, or of an FMU, whose run is the table.
+    """Result of `conrod check` for a table, or for an FMU, whose run is judged as a table.
 
     Attributes:
         file: name of the table.
@@ -37,8 +37,8 @@ class TableStudy:
         rows: number of rows.
         span: first and last time [s].
         errors: errors by point or link and by name of the error.
-        phase: largest deviation of the crank from the nominal [rad]; None where the table does not say where it was.
-        estimates: estimated values, of what the user asked to estimate.
+        phase: largest deviation of the crank from the nominal [rad]; None without a crank angle.
+        estimates: estimates that the user asked for.
         tolerance: tolerances asked for, by quantity, and those of the clock that follow; empty if nothing is judged.
         causes: causes that reproduce the errors.
         notes: sentences on what is not judged, or is judged otherwise than expected.

@@ -63,7 +63,7 @@ def telling_angle(scene: Scene) -> float:
 
 
 def view_at(scene: Scene, angle: float, axes: Axes | None = None) -> View:
-    """Return an empty drawing of a scene at a crank angle [rad], in a figure of its own unless axes are given."""
+    """Return an empty drawing of a scene at a crank angle [rad], on given axes or in a new figure."""
     mechanism = scene.mechanism()
     stacked = scene.kinematics.poses(np.array([angle]))[0].reshape(-1, 3)
     rounded = np.round(stacked * [MM, MM, 1.0], 9)

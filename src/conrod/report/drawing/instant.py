@@ -39,7 +39,7 @@ CENTRE, WHOLE, NORMAL, TANGENTIAL, CORIOLIS = "#b3402e", "#222222", "#2a6f9c", "
 
 
 class PolygonVector(NamedTuple):
-    """A vector of a polygon, from one end to the other, each (2,) [m/s] or [m/s^2]."""
+    """A vector of a polygon from start to end, (2,) each [m/s] or [m/s^2]."""
 
     start: Array
     stop: Array

@@ -122,7 +122,7 @@ class SpatialMachine:
 
 
 def reference_pose(closed_form: ClosedForm, driven: Iterable[str]) -> dict[str, Array]:
-    """Points (3,) [m] of a closed form at driven coordinates 0, the pose in which the model is built."""
+    """Points (3,) [m] of a closed form at driven coordinates 0, the reference pose of the model."""
     points = closed_form({joint: Jet([np.zeros((1, 1))]) for joint in driven})
     return {name: np.asarray(jet.coefficients[0])[0] for name, jet in points.items()}
 

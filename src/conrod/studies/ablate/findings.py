@@ -218,7 +218,7 @@ def motion_effect(without: VariantResult, with_it: VariantResult, level: Mapping
 
 
 def _wrong_quantity(run: VariantResult, level: Mapping[str, float]) -> str:
-    """Outcome or quantity in which a run is worse than the minimal model; empty if none."""
+    """Outcome or quantity that is worse in a run than in the minimal model; empty if none is."""
     if run.errors is None:
         return run.outcome
     return next((q for q in JUDGED_ERRORS if run.errors[q] > MAX_EQUAL_ERROR_RATIO * level[q]), "")

@@ -37,7 +37,11 @@ from conrod.studies.ablate.findings import (
 
 @dataclass(frozen=True)
 class CostResult(RunResult):
-    """Timing of a revolution with two settings; None where its process ended without it."""
+    """Result of a paired timing.
+
+    Attributes:
+        timing: ratio of the costs of a revolution with two settings; None if the process ended before it was known.
+    """
 
     timing: PairedTiming | None = None
 

@@ -140,7 +140,7 @@ def _cut_end(given: Recording, share: float) -> Piece:
 
 
 def other_branch_place(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
-    """Yield the motion on another branch as a defect, if the machine has another branch."""
+    """Yield the only place of the defect "another branch", if the machine has another branch."""
     other = find_other_assembly(given.reference)
     if other is None:
         return

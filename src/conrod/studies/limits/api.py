@@ -50,7 +50,7 @@ def limits(
             raise unknown_choice("axis", name, SEARCHES)
     if span is not None and (len(axes) != 1 or axes[0] not in AXES):
         raise InvalidInput(f"--range {span[0]:g}..{span[1]:g} needs one --axis to be the range of")
-    ends = None if span is None else span_of(AXES[axes[0]], span)
+    ends = None if span is None else walk_ends(AXES[axes[0]], span)
     items = tuple(dict.fromkeys(axes))
     plans = [plan_limits(name, scene, able, preset, items, ends) for name, scene in chosen.items()]
     check_applicable(plans)
@@ -62,11 +62,11 @@ def limits(
     return Findings(LIMITS_REPORT, {study.name: study for study in studies}, call)
 
 
-def span_of(axis: Axis, ends: tuple[float, float]) -> tuple[float, float]:
-    """Ends of a walk along an axis, the safe one first whichever way they are given.
+def walk_ends(axis: Axis, ends: tuple[float, float]) -> tuple[float, float]:
+    """Check the ends of a walk along an axis, and return them with the safe end first.
 
     Raises:
-        InvalidInput: the axis has a list of values, the ends are the same, or one is out of range.
+        InvalidInput: the axis has a list of values, the ends are equal, or an end is out of range.
     """
     text = f"{ends[0]:g}..{ends[1]:g}"
     if axis.listed:

@@ -118,7 +118,7 @@ class Setup:
 
     @property
     def steps(self) -> int:
-        """Usual steps per revolution, on all axes but those that vary the step."""
+        """Usual steps per revolution, for axes that do not vary the step."""
         return self.steps_per_revolution or (CONTACT_STEPS if self.has_contact else LINKAGE_STEPS)
 
     @property

@@ -188,7 +188,7 @@ def with_nose_radius(setup: Setup, radius: float) -> Scene:
 
 
 def cam_refusal(setup: Setup) -> str | None:
-    """Return why the radii of a cam cannot be varied, None if they can."""
+    """Return why the radii of a cam cannot be varied together, None if they can."""
     known = isinstance(setup.scene, CamFollower)
     return None if known else f"which radii of a cam of the {setup.scene.kind} go together is not known"
 

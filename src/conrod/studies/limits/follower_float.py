@@ -39,7 +39,7 @@ class OnsetProbe:
     """Two runs at a speed, with steps h and h/2.
 
     Attributes:
-        speed: speed over the float speed.
+        speed: crank speed as a ratio to the float speed.
         lengths: lengths [rad] of the longest flight with the coarse and the fine step; 0 without a flight. The fine
             step is not run, and its length None, if there is no flight with the coarse step.
     """
@@ -56,7 +56,7 @@ class OnsetProbe:
 
 @dataclass(frozen=True)
 class FollowerFloat:
-    """Onset of follower float in one engine with one preset; speeds are over the float speed.
+    """Onset of follower float in an engine with a preset; speeds are ratios to the float speed.
 
     Attributes:
         theory: theoretical float speed [rad/s].

@@ -61,10 +61,10 @@ def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
 
 
 def _span(text: str) -> tuple[float, float]:
-    """The two ends in `200..2`.
+    """Parse the two ends of a range, as in `200..2`.
 
     Raises:
-        InvalidInput: it does not have two ends, or one is no number.
+        InvalidInput: the text does not have two ends, or an end is no number.
     """
     ends = [parse_quantity("--range", part, "") for part in text.split(SEPARATOR) if part.strip()]
     if len(ends) != 2:

@@ -107,7 +107,7 @@ def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]
     """Return the tolerances of normalised errors that were given, by quantity.
 
     Raises:
-        InvalidInput: none is given, or one is out of range.
+        InvalidInput: no tolerance is given, or one is out of range.
     """
     given = {quantity: value for quantity, value in tolerances.items() if value is not None}
     if not given:
@@ -170,7 +170,7 @@ def _search_in_waves(
 def _cheapest_confirmed(
     searches: Sequence[StepSearch], allowed: Tolerances, time: Clock, search_words: str, previous: Answer | None
 ) -> Study[Answer]:
-    """Return the cheapest confirmed candidate of a wave, else the reasons why there is none.
+    """Return the cheapest confirmed candidate of a wave, or the reasons why no candidate is confirmed.
 
     These include the reasons of the previous wave.
     """

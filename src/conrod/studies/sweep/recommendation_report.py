@@ -14,9 +14,7 @@ from conrod.report.table import Verbatim
 from conrod.report.terminal import PrintedPart
 from conrod.scenes import Scene
 from conrod.studies.sweep.recommend import Answer, Confirmation, NoRecommendation, Recommendation, RejectedCandidate
-from conrod.studies.sweep.step_search import Candidate
-
-Allowed = Mapping[str, float]  # largest error by quantity
+from conrod.studies.sweep.step_search import Candidate, Tolerances
 
 
 @dataclass(frozen=True)
@@ -32,13 +30,13 @@ class Advice:
     name: str
     title: str
     parameters: Mapping[str, Any]
-    allowed: Allowed
+    allowed: Tolerances
     engines: Mapping[str, str]
     answers: Mapping[str, Any]
     distrust: str = ""
 
 
-def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]) -> Advice:
+def advice_of(name: str, scene: Scene, allowed: Tolerances, found: Sequence[Answer]) -> Advice:
     """Collect the answers of all engines for a scene as plain values."""
     engines = [(one.candidate if isinstance(one, Recommendation) else one.nearest).rule_plan.engine for one in found]
     answers = {engine.name: _answer_values(one, allowed) for engine, one in zip(engines, found, strict=True)}
@@ -47,8 +45,11 @@ def advice_of(name: str, scene: Scene, allowed: Allowed, found: Sequence[Answer]
     return Advice(name, scene.title, dict(scene.parameters), allowed, versions, answers, distrust)
 
 
-def _answer_values(found: Answer, allowed: Allowed) -> dict[str, Any]:
+def _answer_values(found: Answer, allowed: Tolerances) -> dict[str, Any]:
+    """Convert the answer of an engine to plain values: its setting, or the nearest one, and rejected ones."""
+
     def choice_values(choice: Candidate) -> dict[str, Any]:
+        """Rule, steps per revolution and errors of a candidate."""
         return {"rule": choice.rule_plan.rule.name, "steps": choice.steps, "errors": choice.errors(allowed)}
 
     values: dict[str, Any] = {"qualifies": isinstance(found, Recommendation)}
@@ -104,7 +105,7 @@ RECOMMENDATION_REPORT = Kind(
 )
 
 
-def _recommendation_lines(found: Recommendation, allowed: Allowed) -> Iterator[str]:
+def _recommendation_lines(found: Recommendation, allowed: Tolerances) -> Iterator[str]:
     choice, timing, settings = found.candidate, found.timing, found.candidate.case.settings
     preset = "" if settings.preset == CUSTOM else f" (the preset {settings.preset!r})"
     yield f"{choice.rule_plan.engine.name}: {_setting_text(choice)}{preset}"
@@ -122,7 +123,7 @@ def _recommendation_lines(found: Recommendation, allowed: Allowed) -> Iterator[s
     yield "  to paste:"
 
 
-def _refusal_lines(found: NoRecommendation, allowed: Allowed) -> Iterator[str]:
+def _refusal_lines(found: NoRecommendation, allowed: Tolerances) -> Iterator[str]:
     if found.reason:
         yield f"{found.engine}: nothing qualifies: {found.reason}"
         return
@@ -138,7 +139,7 @@ def _setting_text(choice: Candidate) -> str:
     return f"{choice.rule_plan.rule.name}, {choice.steps} steps per revolution"
 
 
-def _error_texts(found: Candidate | Confirmation, allowed: Allowed, scene: Scene) -> dict[str, str]:
+def _error_texts(found: Candidate | Confirmation, allowed: Tolerances, scene: Scene) -> dict[str, str]:
     places = {point: sizes["position"]["max"] for point, sizes in (found.result.errors or {}).items()}
     errors = found.errors(allowed)
     return {q: numbers.error(q, places if q == "position" else e, scene.lengths) for q, e in errors.items()}
@@ -148,12 +149,12 @@ def _error_list(errors: Mapping[str, str]) -> str:
     return ", ".join(f"{q} {size}" for q, size in errors.items())
 
 
-def _errors_with_limits(choice: Candidate, allowed: Allowed) -> str:
+def _errors_with_limits(choice: Candidate, allowed: Tolerances) -> str:
     errors = _error_texts(choice, allowed, choice.case.scene)
     return _error_list({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
 
 
-def _rejected_lines(rejected: tuple[RejectedCandidate, ...], allowed: Allowed) -> Iterator[str]:
+def _rejected_lines(rejected: tuple[RejectedCandidate, ...], allowed: Tolerances) -> Iterator[str]:
     for one in rejected:
         shown = ((c, _error_list(_error_texts(c, allowed, one.candidate.case.scene))) for c in one.failed_confirmations)
         lost = "; ".join(f"{c.change}: {errors or c.result.outcome}" for c, errors in shown)

@@ -138,7 +138,7 @@ def _points_without_preset(points: Sequence[SweptPoint], engine: str) -> list[Sw
 
 
 def _rounded_errors(points: Sequence[SweptPoint], quantity: str) -> Any:
-    """Errors of points, rounded to what a logarithmic figure can show."""
+    """Errors of points, rounded to the resolution of a logarithmic figure."""
     return round_to_log_grid(np.array([p.error(quantity) or 0.0 for p in points]))
 
 
@@ -190,7 +190,7 @@ def points_words(study: SweepStudy) -> str:
 
 
 def verdict(study: SweepStudy) -> str:
-    """Say what the grid shows in a few sentences, or that its figures cannot be trusted."""
+    """Say in a few sentences which settings are cheapest, or that the figures cannot be trusted."""
     found = distrust_words(study) or " ".join(tables.findings(study)) or points_words(study)
     return f"{study.name}: {found}".replace("**", "")
 

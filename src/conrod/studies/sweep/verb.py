@@ -118,10 +118,10 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
 
 
 def writers_of_ending(file: str, writers: dict[str, ModelFile]) -> dict[str, ModelFile]:
-    """Engines, by name, whose models are files with the ending of a file: `.py` is pymunk's, and no other ending is.
+    """Select the engines, by name, whose model files end as a given file does: in `.py` or not.
 
     Raises:
-        InvalidInput: none of them has such files.
+        InvalidInput: no engine has model files with this ending.
     """
     from conrod.engines import engine_style
 

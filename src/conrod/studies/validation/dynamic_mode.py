@@ -146,7 +146,10 @@ class CurveRecorder:
     @property
     def curves(self) -> dict[str, dict[str, Curve]]:
         """Error curves over the whole run, by observed point and quantity."""
-        return {name: {q: Curve(*curve.arrays) for q, curve in by_q.items()} for name, by_q in self._curves.items()}
+        return {
+            name: {q: Curve(*curve.angles_and_errors) for q, curve in by_q.items()}
+            for name, by_q in self._curves.items()
+        }
 
 
 class PoseErrorRecorder:

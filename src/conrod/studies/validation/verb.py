@@ -31,8 +31,8 @@ class ValidateOptions(VerificationOptions, RunOptions):
 def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     """Compare engines with the exact motion of SCENEs at constant crank speed.
 
-    A SCENE is one that `conrod show` lists or a mechanism file (.toml); all with a closed form where none is named;
-    `catalogue` and `spatial` stand for all of theirs.
+    A SCENE is a name that `conrod show` lists or a mechanism file (.toml); `catalogue` and `spatial` name all scenes of
+    these groups. Without a SCENE, all with a closed form are run.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.cli.outputs import check_outputs, exit_with_verdict
