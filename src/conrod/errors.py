@@ -63,7 +63,7 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInpu
     return InvalidInput(f"unknown {kind} {given!r}: {hint}choose from {', '.join(names)}")
 
 
-def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
+def nearest(given: str, names: Iterable[str], max_names: int = 2) -> list[str]:
     """The names most similar to a mistyped one, the most similar first; empty if none is similar."""
     typed = given.casefold()
 
@@ -77,7 +77,7 @@ def nearest(given: str, names: Iterable[str], most: int = 2) -> list[str]:
 
     likely = sorted(((likeness(name), name) for name in names), key=lambda pair: -pair[0])
     best = likely[0][0] if likely else 0.0
-    return [name for alike, name in likely[:most] if alike >= max(MIN_LIKENESS, NEARLY_AS_LIKE * best)]
+    return [name for alike, name in likely[:max_names] if alike >= max(MIN_LIKENESS, NEARLY_AS_LIKE * best)]
 
 
 def named_values(

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from command_line import conrod, refusal
 from four_bars import GRASHOF, four_bar, key
-from table_files import written
+from table_files import write_file
 
 DRIVE = ("--drive", "crank=60rpm")
 BAR = four_bar()
@@ -61,7 +61,7 @@ MODELS = {
 @pytest.mark.parametrize("what", MODELS)
 def test_unusable_model_is_refused_in_one_line_writing_nothing(what: str, tmp_path: Path) -> None:
     text, options, words = MODELS[what]
-    file, out, document = written(tmp_path, text, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
+    file, out, document = write_file(tmp_path, text, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
     assert words in refusal("check", str(file), *options, "--out", str(out), "--json", str(document))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bar.xml"]
     assert file.read_text() == text
@@ -69,7 +69,7 @@ def test_unusable_model_is_refused_in_one_line_writing_nothing(what: str, tmp_pa
 
 @pytest.mark.parametrize("options", [(), ("--scene",)])
 def test_none_of_several_models_is_written_over(tmp_path: Path, options: tuple[str, ...]) -> None:
-    file, other = written(tmp_path, BAR, "bar.xml"), tmp_path / "other.xml"
+    file, other = write_file(tmp_path, BAR, "bar.xml"), tmp_path / "other.xml"
     other.write_text(BAR)
     for target in (file, other):
         words = f"--json {target}: it is the same file as the model"
@@ -82,7 +82,7 @@ FEW = ("--seconds", "0.05")
 
 
 def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
-    file, out, document = written(tmp_path, BAR, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
+    file, out, document = write_file(tmp_path, BAR, "bar.xml"), tmp_path / "report", tmp_path / "result.json"
     options = (*DRIVE, *FEW, "--tolerance", "position=1mm", "--out", str(out), "--json", str(document))
     done = conrod("check", str(file), *options)
     assert done.returncode == 0, done.stderr
@@ -102,7 +102,7 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_tolerance_that_is_missed_has_exit_status_1(tmp_path: Path) -> None:
-    done = conrod("check", str(written(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-9")
+    done = conrod("check", str(write_file(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-9")
     assert done.returncode == 1
     assert "OUT OF TOLERANCE (position" in done.stdout
 
@@ -110,7 +110,7 @@ def test_a_tolerance_that_is_missed_has_exit_status_1(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_keyframe_selects_the_branch(tmp_path: Path) -> None:
     keys = key("right", GRASHOF, 1.0, 1.0) + key("left", GRASHOF, 1.0, -1.0)
-    file, ways = written(tmp_path, four_bar(keys=keys), "bar.xml"), {}
+    file, ways = write_file(tmp_path, four_bar(keys=keys), "bar.xml"), {}
     for name in ("qpos0", "right", "left"):
         document = tmp_path / f"{name}.json"
         done = conrod("check", str(file), *DRIVE, *FEW, "--keyframe", name, "--point", "C", "--json", str(document))

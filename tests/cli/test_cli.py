@@ -15,9 +15,9 @@ from typing import Any
 import click
 import numpy as np
 import pytest
-from command_line import conrod, conrod_process, said
+from command_line import conrod, conrod_process, error_lines
 from described import FOUR_BAR, SLIDER_CRANK
-from table_files import written
+from table_files import write_file
 
 from conrod.cli import VERBS, cli
 from conrod.cli.options import SHARED
@@ -43,7 +43,7 @@ def test_command_in_its_own_process_has_same_output_and_status() -> None:
     arguments = (*QUICK, "--tolerance", "position=1e-9")
     alone, here = conrod_process(*arguments), conrod(*arguments)
     assert alone.returncode == here.returncode == 1
-    assert (alone.stdout, said(alone)) == (here.stdout, said(here))
+    assert (alone.stdout, error_lines(alone)) == (here.stdout, error_lines(here))
     assert alone.stdout or alone.stderr
 
 
@@ -108,8 +108,8 @@ def test_stopped_command_leaves_no_file_and_a_short_message(
     monkeypatch.setattr(name, stop)
     done = conrod(*QUICK, "--out", "new/report", "--json", "all.json", cwd=tmp_path)
     assert done.returncode == status
-    assert said(done)[-1].startswith(f"conrod: {words}")
-    assert len(said(done)[-1]) < 200
+    assert error_lines(done)[-1].startswith(f"conrod: {words}")
+    assert len(error_lines(done)[-1]) < 200
     assert list(tmp_path.iterdir()) == []
 
 
@@ -117,7 +117,7 @@ def test_stopped_command_leaves_no_file_and_a_short_message(
 
 
 def test_mechanism_file_is_validated_in_both_engines(tmp_path: Path) -> None:
-    file = str(written(tmp_path, SLIDER_CRANK.read_text(), "own.toml"))
+    file = str(write_file(tmp_path, SLIDER_CRANK.read_text(), "own.toml"))
     done = conrod("validate", file, "--preset", "tuned", "--steps-per-rev", "100", "--json", "r.json", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     (part,) = json.loads((tmp_path / "r.json").read_text(encoding="utf-8"))["parts"].values()
@@ -129,7 +129,7 @@ def test_show_prints_description_and_assumptions_as_plain_text(tmp_path: Path) -
     text = re.sub(r"(?m)^source = .*$", 'source = "a [/b] source [red] <b> & -- c -->"', SLIDER_CRANK.read_text())
     text = re.sub(r'(?ms)^description = (""".*?"""|[^\n]*)\n|^assumptions = \[.*?^\]\n', "", text)
     told = 'description = "A [bold] {speed} machine [/x]."\nassumptions = ["no friction [/y]", "stiff links"]\n'
-    path = str(written(tmp_path, f"{told}{text}", "own.toml"))
+    path = str(write_file(tmp_path, f"{told}{text}", "own.toml"))
     shown = conrod("show", path, "--set", "bodies.rod.points.B.x=600mm", "--set", "speed=20rpm").stdout
     assert "source: a [/b] source [red] <b> & -- c -->" in shown
     assert "A [bold] {speed} machine [/x]." in shown

@@ -10,7 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
-from command_line import conrod, said
+from command_line import conrod, error_lines
 
 from conrod.scenes import SCENES, catalogue_names, dynamics_names, scene_named
 
@@ -53,7 +53,7 @@ def exit_status_of(line: str, name: str, folder: Path) -> int:
     print(f"{done.returncode} {time.perf_counter() - start:6.1f} s  conrod {command}", flush=True)
     assert done.returncode in (0, 1, 2), done
     if done.returncode == 2:
-        lines = said(done)
+        lines = error_lines(done)
         assert (len(lines), done.stdout) == (1, ""), done
         assert lines[0].startswith("conrod: ")
         assert len(lines[0]) < 700

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from command_line import refusal
 from described import FOUR_BAR, SLIDER_CRANK
-from own_model_edits import HACKSAW, ROD_END, TEXTS, replaced
+from own_model_edits import HACKSAW, ROD_END, TEXTS, replace_once
 from table_files import csv_text, exact_table
 
 from conrod.execution.baseline import Baseline, write_baseline
@@ -131,14 +131,14 @@ FILES = {
     "file": "mine",
     "README.md": "mine",
     "pass.toml": FOUR_BAR.read_text(),
-    "taken.toml": replaced(SLIDER_CRANK.read_text(), 'name = "slider-crank"', 'name = "saw-40rpm"'),
+    "taken.toml": replace_once(SLIDER_CRANK.read_text(), 'name = "slider-crank"', 'name = "saw-40rpm"'),
     "apart.toml": re.sub(r'(B = \[)"?[\d.]+ ?m*"?', r'\1"9 m"', FOUR_BAR.read_text(), count=1),
     "hacksaw.xml": HACKSAW.read_text(),
     "legged.xml": (Path(__file__).parents[1] / "support" / "models" / "legged.xml").read_text(),
     "saw.xml": TEXTS["saw"],
     "saw.urdf": TEXTS["saw"],
     "cut.xml": TEXTS["saw"][:4000],
-    "nan.xml": replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'),
+    "nan.xml": replace_once(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="nan 0 0"'),
     "model.mjb": "",
     "includes.xml": '<mujoco><include file="nowhere.xml"/><include file="part.inc"/></mujoco>',
     "part.inc": "<mujoco/>",

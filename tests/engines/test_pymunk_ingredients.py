@@ -11,7 +11,7 @@ import numpy as np
 import pymunk
 import pytest
 from catalogue import CAM, PRESS, SCENES
-from cell_tasks import pursued
+from cell_tasks import answer_study
 
 from conrod import InvalidInput, compare
 from conrod.comparison.trajectory import Outcome
@@ -226,7 +226,7 @@ def answer(case: RunCase) -> RunResult:
 
 
 def ablated(scene: Any = SAW) -> EngineAblation:
-    found: EngineAblation = pursued(ablate_engine("saw", scene, PYMUNK, 200, 2), answer)
+    found: EngineAblation = answer_study(ablate_engine("saw", scene, PYMUNK, 200, 2), answer)
     return found
 
 

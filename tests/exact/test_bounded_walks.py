@@ -51,9 +51,9 @@ def at_scale(path: Path, factor: float) -> dict[str, Any]:
             mutants.quantity(mutants.value_at(whole, way)) if "points" in way or "centre_of_gravity" in way else None
         )
         if way[-1] == "inertia" and (inertia := mutants.quantity(mutants.value_at(whole, way))):
-            whole = mutants.put(whole, way, f"{inertia[0] * factor**2!r} {inertia[1] or 'kg*m^2'}")
+            whole = mutants.set_value(whole, way, f"{inertia[0] * factor**2!r} {inertia[1] or 'kg*m^2'}")
         if found:
-            whole = mutants.put(whole, way, f"{found[0] * factor!r} {found[1] or 'm'}")
+            whole = mutants.set_value(whole, way, f"{found[0] * factor!r} {found[1] or 'm'}")
     return whole
 
 
@@ -78,7 +78,7 @@ def test_extreme_dimensions_are_solved_or_refused(path: Path, solutions: Solutio
     ends: list[DescribedScene | str] = []
     for seed in range(1000, 1025):
         solutions.count = 0
-        ends.append(mutants.read(mutants.out_of_scale(tables(path), random.Random(f"{path.name} {seed}"))))
+        ends.append(mutants.scene_or_refusal(mutants.out_of_scale(tables(path), random.Random(f"{path.name} {seed}"))))
     assert any(isinstance(end, str) for end in ends)
     assert any(isinstance(end, DescribedScene) for end in ends)
 

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
-from own_model_edits import TEXTS, replaced
+from own_model_edits import TEXTS, replace_once
 
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
@@ -351,7 +351,7 @@ def test_robot_loops_are_hardened_and_its_model_is_unchanged(
 def test_recipe_clears_the_flag_that_makes_weights_unread(tmp_path: Path) -> None:
     path = tmp_path / "exact.xml"
     path.write_text(
-        replaced(TEXTS["saw"], "<flag ", '<flag diagexact="enable" '),
+        replace_once(TEXTS["saw"], "<flag ", '<flag diagexact="enable" '),
         encoding="utf-8",
     )
     found = harden_file(path, seconds=0.06)

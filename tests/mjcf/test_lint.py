@@ -15,7 +15,7 @@ import mujoco
 import pytest
 from command_line import conrod
 from four_bars import four_bar
-from own_model_edits import replaced
+from own_model_edits import replace_once
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.anchors import parts_apart
@@ -43,25 +43,25 @@ def renamed(text: str, seed: int = 0) -> str:
     return re.sub(places, lambda place: f' {place[1]}="{letters.get(place[2], place[2])}"', text)
 
 
-RESETS = replaced(SAW, 'autoreset="disable" ', "")
-TOO_LONG = replaced(SAW, 'timestep="0.00012"', 'timestep="0.05"')
-AT_REST = re.sub(' qvel="[^"]*"', "", replaced(SAW, 'gravity="0 -9.81 0"', 'gravity="0 0 -9.81"'))
+RESETS = replace_once(SAW, 'autoreset="disable" ', "")
+TOO_LONG = replace_once(SAW, 'timestep="0.00012"', 'timestep="0.05"')
+AT_REST = re.sub(' qvel="[^"]*"', "", replace_once(SAW, 'gravity="0 -9.81 0"', 'gravity="0 0 -9.81"'))
 TWICE = f'<connect site1="slider-pin.rod" site2="slider-pin.slider" {CLOSURE} />'
-APART = replaced((CASES / "anchor-apart.xml").read_text(encoding="utf-8"), 'gravity="0 0 0"/>',
+APART = replace_once((CASES / "anchor-apart.xml").read_text(encoding="utf-8"), 'gravity="0 0 0"/>',
                  'gravity="0.1 0 0"><flag autoreset="disable"/></option>')  # fmt: skip
 PLANTED = {
     "links that collide at their pin": (
         SAW.replace(INERT, "").replace(' contact="disable"', ""),
         "joined-links-collide",
     ),
-    "a loop closed twice": (replaced(SAW, "</equality>", f"{TWICE}</equality>"), "redundant-closure"),
-    "a soft closure": (replaced(SAW, f" {CLOSURE}", ""), "soft-closure"),
-    "a void tolerance": (replaced(SAW, 'tolerance="0" ', ""), "solver-stops-early"),
+    "a loop closed twice": (replace_once(SAW, "</equality>", f"{TWICE}</equality>"), "redundant-closure"),
+    "a soft closure": (replace_once(SAW, f" {CLOSURE}", ""), "soft-closure"),
+    "a void tolerance": (replace_once(SAW, 'tolerance="0" ', ""), "solver-stops-early"),
     "a silent reset": (RESETS, "silent-reset"),
     "a step that is too long": (TOO_LONG, "step-too-long"),
     "parts that do not meet": (APART, "parts-apart"),
     "a model at rest": (AT_REST, "nothing-moves"),
-    "an open start": (replaced(SAW, 'euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
+    "an open start": (replace_once(SAW, 'euler="0 0 2.836899999574396"', 'euler="0 0 2.8379"'), "open-start"),
 }
 
 SAFE = ("solver-stops-early", "silent-reset")
@@ -112,7 +112,8 @@ def test_what_is_planted_is_found_and_nothing_else(planted: str, tmp_path: Path)
 def test_closure_is_soft_when_it_gives_more_than_bearing_play(constant: float, found: set[str], tmp_path: Path) -> None:
     """By 0.88 and 1.1 ten-thousandths of the machine's size."""
     assert (
-        rules_of(at(tmp_path, replaced(SAW, CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"'))) == found
+        rules_of(at(tmp_path, replace_once(SAW, CLOSURE, f'solref="{constant} 1" solimp="0.99 0.99 0.001 0.5 2"')))
+        == found
     )
 
 
@@ -131,14 +132,14 @@ HANDLE = (CASES / "mocap-weld.xml").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
-    "text", [HANDLE, replaced(HANDLE, "</equality>", "</equality><keyframe><key mpos='0.6 0 0.1'/></keyframe>")]
+    "text", [HANDLE, replace_once(HANDLE, "</equality>", "</equality><keyframe><key mpos='0.6 0 0.1'/></keyframe>")]
 )
 def test_a_weld_to_a_mocap_body_is_a_handle_and_no_error(text: str, tmp_path: Path) -> None:
     """Where the hand is at the start, and 0.1 m from there."""
     report = at(tmp_path, text, seconds=1.0)
     assert {one.severity for one in report.findings} == {Severity.NOTE}
     # Negative control: welded to the world it is a closure that gives way.
-    assert "soft-closure" in rules_of(at(tmp_path, replaced(HANDLE, ' mocap="true"', ""), seconds=1.0))
+    assert "soft-closure" in rules_of(at(tmp_path, replace_once(HANDLE, ' mocap="true"', ""), seconds=1.0))
 
 
 PIN = '<connect name="pin" body1="coupler" body2="rocker" anchor="0 0 -0.26"/>'
@@ -152,13 +153,13 @@ SWAPPED = '<connect name="pin" body1="rocker" body2="coupler" anchor="0 0 -0.22"
     ('<weld name="pin" body1="coupler" body2="rocker"/>', "pin holds rocker 282 mm apart from coupler"),
 ])  # fmt: skip
 def test_parts_apart_are_named_with_the_sites_to_connect(pin: str, words: str, tmp_path: Path) -> None:
-    (found,) = (one for one in at(tmp_path, replaced(APART, PIN, pin)).findings if one.rule == "parts-apart")
+    (found,) = (one for one in at(tmp_path, replace_once(APART, PIN, pin)).findings if one.rule == "parts-apart")
     assert found.what.startswith(words)
     assert found.severity is (Severity.NOTE if "weld" in pin else Severity.ERROR)
     sites = 'site1="coupler_end" site2="rocker_end"' if pin == PIN else 'site1="rocker_end" site2="coupler_end"'
     assert "weld" in pin or sites in found.fix
     # Without sites on both it says to put them there.
-    bare = re.sub(r"<site [^>]*>", "", replaced(APART, PIN, pin))
+    bare = re.sub(r"<site [^>]*>", "", replace_once(APART, PIN, pin))
     assert "put a site on each" in next(parts_apart(mujoco.MjModel.from_xml_string(bare))).cure
 
 
@@ -190,7 +191,7 @@ def test_steering_has_a_nothing_moves_note_until_driven(tmp_path: Path) -> None:
     (found,) = (one for one in report.findings if one.rule == "nothing-moves")
     assert (found.severity, found.evidence["travel [m]"]) == (Severity.NOTE, 0.0)
     motor = '</equality><actuator><motor name="m" joint="pinion"/></actuator>'
-    driven = at(tmp_path, replaced(text, "</equality>", motor), seconds=0.2, controls=(("m", 0.1),))
+    driven = at(tmp_path, replace_once(text, "</equality>", motor), seconds=0.2, controls=(("m", 0.1),))
     assert "nothing-moves" not in rules_of(driven)
 
 
@@ -204,7 +205,7 @@ def test_conrods_own_models_have_no_finding(name: str) -> None:
 
 
 def test_model_is_judged_at_a_stable_step_when_its_own_is_long(tmp_path: Path) -> None:
-    report = at(tmp_path, replaced(TOO_LONG, 'autoreset="disable" ', ""), seconds=10.0)
+    report = at(tmp_path, replace_once(TOO_LONG, 'autoreset="disable" ', ""), seconds=10.0)
     assert rules_of(report) == {"step-too-long", "silent-reset"}
     evidence = next(finding.evidence for finding in report.findings if finding.rule == "step-too-long")
     assert evidence["step [s]"] == 0.05
@@ -214,9 +215,9 @@ def test_model_is_judged_at_a_stable_step_when_its_own_is_long(tmp_path: Path) -
 
 
 def test_soft_closure_is_found_when_the_step_opens_a_stiff_one(tmp_path: Path) -> None:
-    text = replaced(SAW, 'timestep="0.00012" integrator="RK4"', 'timestep="0.004" integrator="Euler"')
+    text = replace_once(SAW, 'timestep="0.00012" integrator="RK4"', 'timestep="0.004" integrator="Euler"')
     request: dict[str, Any] = {"seconds": 0.12, "ignored": ["step-too-long"]}
-    (finding,) = at(tmp_path, replaced(text, f" {CLOSURE}", ""), **request).findings
+    (finding,) = at(tmp_path, replace_once(text, f" {CLOSURE}", ""), **request).findings
     assert finding.evidence["with a step of [s]"] < 0.004
     assert finding.evidence["opening when stiff [m]"] <= 0.1 * finding.evidence["opening [m]"]
     # Negative control: what opens by the step and not by its softness is none.
@@ -288,7 +289,7 @@ def test_what_cannot_be_used_is_told_in_one_line(
 
 def test_a_model_that_runs_at_no_step_is_a_finding(tmp_path: Path) -> None:
     joint = '<joint name="crank-pin" type="hinge" axis="0 0 1" />'
-    report = at(tmp_path, replaced(SAW, joint, '<joint name="crank-pin" damping="-1e9" />'))
+    report = at(tmp_path, replace_once(SAW, joint, '<joint name="crank-pin" damping="-1e9" />'))
     assert report.findings[0].rule == "step-too-long"
     assert "at no step" in report.findings[0].what
     json.dumps(report.document(), allow_nan=False)

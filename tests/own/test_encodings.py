@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import conrod
-from table_files import read
+from table_files import read_file
 
 from conrod import InvalidInput
 from conrod.scenes import Saw
@@ -58,7 +58,7 @@ def test_what_is_no_text_is_refused(content: bytes) -> None:
 def test_a_column_is_named_as_it_is_written(encoding: str, tmp_path: Path) -> None:
     file = tmp_path / "t.csv"
     file.write_bytes("时间 t\uff08ms\uff09,位移: 摇杆 x,速度 x [mm/s]\n0,100,7\n2,50,7\n".encode(encoding))
-    found = read(file, Saw(), ["C.x=位移: 摇杆 x", "C.vx=速度 x"], ["mm"])
+    found = read_file(file, Saw(), ["C.x=位移: 摇杆 x", "C.vx=速度 x"], ["mm"])
     assert {column.name: column.heading for column in found.columns} == {
         "time": "时间 t\uff08ms\uff09", "C.x": "位移: 摇杆 x", "C.vx": "速度 x [mm/s]",
     }  # fmt: skip

@@ -12,7 +12,7 @@ import mujoco
 import pytest
 from command_line import conrod
 from four_bars import four_bar
-from own_model_edits import mirrored, placed, replaced, scaled
+from own_model_edits import mirror_x, replace_once, scale_lengths, wrap_in_body
 
 from conrod import scene
 from conrod.engines.mujoco.standalone import standalone_mjcf
@@ -53,8 +53,8 @@ def found(name: str, text: str, crank: str = "crank", sites: dict[str, str] | No
 def test_the_links_of_a_model_of_a_machine_are_the_machines(name: str) -> None:
     assert found(name, exported(name)) == []
     # In another unit, turned and seen from behind, too.
-    assert found(name, placed(scaled(exported(name), 1e3), euler="0.3 2 1", pos="1 2 3")) == []
-    assert found(name, mirrored(exported(name))) == []
+    assert found(name, wrap_in_body(scale_lengths(exported(name), 1e3), euler="0.3 2 1", pos="1 2 3")) == []
+    assert found(name, mirror_x(exported(name))) == []
 
 
 def changed(text: str, tag: str, name: str, place: str) -> str:
@@ -108,13 +108,13 @@ def test_models_of_other_links_are_not_compared() -> None:
 @pytest.mark.parametrize(("aside", "differences"), [(1e-4, []), (1e-2, None)])
 def test_connects_of_model_in_mm_are_one_pin_when_in_line(aside: float, differences: list[str] | None) -> None:
     # A second connect, 20 mm along the pin's axis: rounding of six digits is 3e-4 mm there.
-    text = scaled(exported("saw-40rpm"), 1e3)
+    text = scale_lengths(exported("saw-40rpm"), 1e3)
     for site, x in (("slider-pin.rod", 300.0 + aside), ("slider-pin.slider", 0.0)):
-        text = replaced(
+        text = replace_once(
             text, f'<site name="{site}"', f'<site name="second.{site}" pos="{x!r} 0 20"/><site name="{site}"'
         )
     second = '<connect name="second" site1="second.slider-pin.rod" site2="second.slider-pin.slider"/></equality>'
-    assert found("saw-40rpm", replaced(text, "</equality>", second)) == differences
+    assert found("saw-40rpm", replace_once(text, "</equality>", second)) == differences
 
 
 def flat_links(text: str) -> LinkGraph:
@@ -130,7 +130,7 @@ def welded_tip(place: str) -> str:
     tip = f"""<body name="tip" pos="0.15 0 0" euler="0 0 0.5"><joint name="seam" axis="0 0 1"/>
       <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/><site name="B" pos="{place}"/></body>"""
     weld = '<weld name="seam" body1="coupler" body2="tip" anchor="0.03 0.02 0"/></equality>'
-    return replaced(replaced(four_bar(frame=""), site, tip), "</equality>", weld)
+    return replace_once(replace_once(four_bar(frame=""), site, tip), "</equality>", weld)
 
 
 def test_welded_links_are_one_when_anchor_is_on_the_second() -> None:
@@ -157,8 +157,8 @@ def test_link_welded_to_world_is_ground_at_either_end(bodies: str) -> None:
     cos, sin = math.cos(0.5), math.sin(0.5)
     place = f"{0.1 * cos - 0.05 * sin!r} {-0.1 * sin - 0.05 * cos!r} 0"
     text = f'{start}{block}<body name="rocker" pos="{place}"{end}'
-    text = replaced(text, "</body>\n    </body></worldbody>", "</body></body>\n    </body></worldbody>")
-    made = flat_links(replaced(text, "</equality>", f'<weld name="foot" {bodies}/></equality>'))
+    text = replace_once(text, "</body>\n    </body></worldbody>", "</body></body>\n    </body></worldbody>")
+    made = flat_links(replace_once(text, "</equality>", f'<weld name="foot" {bodies}/></equality>'))
     assert set(made.links) == set(plain.links)
     assert link_differences(made, plain) == ()
 
@@ -175,8 +175,8 @@ def test_slide_has_its_direction_when_its_link_is_welded_on(across: float, words
     joints = "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in (("x", "1 0 0"), ("y", "0 1 0")))
     block = f"""<body name="block" pos="0.05 0.03 0" euler="0 0 0.5">{joints}<joint name="spin" axis="0 0 1"/>
       <inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body></worldbody>"""
-    text = replaced(
-        replaced(text, "</worldbody>", block), "</equality>", '<weld body1="block" body2="slider"/></equality>'
+    text = replace_once(
+        replace_once(text, "</worldbody>", block), "</equality>", '<weld body1="block" body2="slider"/></equality>'
     )
     assert found("saw-40rpm", text) == words
 
@@ -237,10 +237,10 @@ def test_an_axis_that_is_tilted_out_of_the_plane_is_named(
 
 def test_axes_are_compared_in_the_pose_of_the_keyframe() -> None:
     # Tilted about the slide, the pin is across it, as the crank is; a radian further it is not.
-    saw = replaced(exported("saw-40rpm"), '<key name="start" qpos="0 0 0"', '<key name="turned" qpos="0 1 0"')
+    saw = replace_once(exported("saw-40rpm"), '<key name="start" qpos="0 0 0"', '<key name="turned" qpos="0 1 0"')
     axis = " ".join(map(repr, (TILT * SINE, TILT * COSINE, 1.0)))
     old = 'name="crank-pin" type="hinge" axis="0 0 1"'
-    model = mujoco.MjModel.from_xml_string(replaced(saw, old, old.replace("0 0 1", axis)))
+    model = mujoco.MjModel.from_xml_string(replace_once(saw, old, old.replace("0 0 1", axis)))
     asked = ModelRequest("crank", (PointPlace("C", "site", "C"), PointPlace("M", "site", "M")), 1, 0)
     apart, off = "the axes of crank and crank-pin are 0.05 deg apart", "the axis of crank-pin is 0.05 deg off that of"
     for keyframe, words in (("qpos0", apart), ("turned", off), (None, off)):
@@ -250,9 +250,9 @@ def test_axes_are_compared_in_the_pose_of_the_keyframe() -> None:
 
 def test_lengths_differ_when_a_keyframe_turns_a_tilted_pin() -> None:
     # About its tilted pin the rod turns out of the plane, in which it is then shorter.
-    saw = replaced(exported("saw-40rpm"), '<key name="start" qpos="0 0 0"', '<key name="turned" qpos="0 0 1"')
+    saw = replace_once(exported("saw-40rpm"), '<key name="start" qpos="0 0 0"', '<key name="turned" qpos="0 0 1"')
     old = 'name="crank-pin" type="hinge" axis="0 0 1"'
-    model = mujoco.MjModel.from_xml_string(replaced(saw, old, old.replace("0 0 1", "0 0.2 1")))
+    model = mujoco.MjModel.from_xml_string(replace_once(saw, old, old.replace("0 0 1", "0 0.2 1")))
     asked = ModelRequest("crank", (PointPlace("C", "site", "C"), PointPlace("M", "site", "M")), 1, 0)
     for keyframe, differ in (("qpos0", False), ("turned", True), (None, True)):
         causes = list(scene_causes(model, ("saw-40rpm", scene("saw-40rpm")), replace(asked, keyframe=keyframe)))
@@ -261,7 +261,7 @@ def test_lengths_differ_when_a_keyframe_turns_a_tilted_pin() -> None:
 
 def test_refusal_has_no_causes_when_its_keyframe_is_unknown() -> None:
     saw = exported("saw-40rpm")
-    pinned = replaced(saw, '<joint name="slide" type="slide" axis="1 0 0"', '<joint name="slide" axis="0 0 1"')
+    pinned = replace_once(saw, '<joint name="slide" type="slide" axis="1 0 0"', '<joint name="slide" axis="0 0 1"')
     model, asked = mujoco.MjModel.from_xml_string(pinned), ModelRequest("crank", (PointPlace("C", "site", "C"),), 1, 0)
     known, unknown = (
         list(refusal_causes(model, ("saw-40rpm", scene("saw-40rpm")), replace(asked, keyframe=keyframe)))
@@ -293,7 +293,7 @@ def test_tilted_slide_and_offset_are_told_apart_or_both_named(
 ) -> None:  # fmt: skip
     monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
     path = tmp_path / "saw.xml"
-    path.write_text(replaced(exported("saw-40rpm"), *edit))
+    path.write_text(replace_once(exported("saw-40rpm"), *edit))
     done = conrod("check", str(path), *SAW, *rotation)
     assert done.returncode == 1
     for words in said:
@@ -334,7 +334,7 @@ def test_other_joints_are_said_whether_they_do_harm_or_not(
     monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
     text = re.sub(r"(?s)<keyframe>.*</keyframe>", "", exported("six-bar"))
     for edit in edits:
-        text = replaced(text, *edit)
+        text = replace_once(text, *edit)
     path = tmp_path / "six.xml"
     path.write_text(text)
     done = conrod("check", str(path), "--scene", "six-bar", "--crank", "crank", "--point", "D=D", "--point", "B=B")
@@ -347,7 +347,9 @@ def test_a_pin_whose_halves_are_apart_along_the_hinges_is_named() -> None:
     saw = exported("saw-40rpm")
     model = mujoco.MjModel.from_xml_string(saw)
     assert list(axial_gaps(tree_of(model, model.qpos0))) == []
-    text = replaced(saw, '<site name="slider-pin.rod" pos="0.3 0 0"', '<site name="slider-pin.rod" pos="0.3 0 0.001"')
+    text = replace_once(
+        saw, '<site name="slider-pin.rod" pos="0.3 0 0"', '<site name="slider-pin.rod" pos="0.3 0 0.001"'
+    )
     model = mujoco.MjModel.from_xml_string(text)
     words = ["slider-pin ties points that are 1 mm apart along the axes of its hinges"]
     assert list(axial_gaps(tree_of(model, model.qpos0))) == words

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import conrod, refusal
-from table_files import written
+from table_files import write_file
 
 from conrod.errors import InvalidInput
 from conrod.models.printed.table import audit_file, audit_table
@@ -89,16 +89,16 @@ def test_the_example_of_the_documentation_gives_what_it_says(here: Path) -> None
     text = (ROOT / "docs" / "audit.md").read_text(encoding="utf-8")
     values = re.findall(r"```csv\n(.*?)```", text, re.DOTALL)[0]
     told = re.findall(r"```text\n(.*?)```", text, re.DOTALL)[0]
-    written(here, values, "velocities.csv")
+    write_file(here, values, "velocities.csv")
     result = conrod("audit", "velocities.csv")
     assert (result.returncode, result.stdout) == (0, told)
     # Negative control: with the digits put right nothing is told.
-    written(here, values.replace("-146.1", "-164.1"), "velocities.csv")
+    write_file(here, values.replace("-146.1", "-164.1"), "velocities.csv")
     assert "should be" not in conrod("audit", "velocities.csv").stdout
 
 
 def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
-    written(here, HEADING + GOOD + GOOD.replace("-33.3", "-33.4"), "My table.csv")
+    write_file(here, HEADING + GOOD + GOOD.replace("-33.3", "-33.4"), "My table.csv")
     result = conrod("audit", "My table.csv", "--out", "found")
     assert (result.returncode, result.stdout.splitlines()[-1]) == (0, "report: found/my-table.md")
     entry = json.loads((here / "found" / "results.json").read_text(encoding="utf-8"))["parts"]["my-table"]
@@ -107,21 +107,21 @@ def test_a_users_report_has_a_page_and_its_numbers(here: Path) -> None:
     assert [item["kind"] for item in findings["verdicts"]] == ["agrees", "not reproducible as printed"]
     # Pages of other files stay, and all are rendered again from what was saved.
     page = (here / "found" / "my-table.md").read_text(encoding="utf-8")
-    written(here, HEADING + GOOD, "other.csv")
+    write_file(here, HEADING + GOOD, "other.csv")
     assert conrod("audit", "other.csv", "--out", "found").returncode == 0
     assert conrod("report", "found", "--out", "again").returncode == 0
     assert (here / "again" / "my-table.md").read_text(encoding="utf-8") == page
 
 
 def test_table_uses_mechanism_file_only_from_its_own_folder(here: Path) -> None:
-    own, row = written(here, catalogue_text("slider-crank"), "mine.toml"), "mine.toml,B position x,0,860.0,mm\n"
+    own, row = write_file(here, catalogue_text("slider-crank"), "mine.toml"), "mine.toml,B position x,0,860.0,mm\n"
     rows = (row, row.replace("mine.toml", "slider-crank"))
-    found = [audit_file(written(here, HEADING + text)).verdicts for text in rows]
+    found = [audit_file(write_file(here, HEADING + text)).verdicts for text in rows]
     assert [(v.exact, v.kind) for v in found[0]] == [(v.exact, v.kind) for v in found[1]]
     (here / "tables").mkdir()
     (here / "tables" / "link.toml").symlink_to(own)
     for name in ("sub/../../mine.toml", "link.toml"):
-        outside = written(here / "tables", HEADING + row.replace("mine.toml", name))
+        outside = write_file(here / "tables", HEADING + row.replace("mine.toml", name))
         assert "leads out of the folder of the table" in refusal("audit", str(outside))
 
 
@@ -140,9 +140,9 @@ def test_table_uses_mechanism_file_only_from_its_own_folder(here: Path) -> None:
     (HEADING, "no rows below the heading"),
 ])  # fmt: skip
 def test_unusable_table_or_row_is_named_in_one_line(here: Path, text: str, message: str) -> None:
-    written(here, HEADING + GOOD, "values.csv")
+    write_file(here, HEADING + GOOD, "values.csv")
     assert conrod("audit", "values.csv").returncode == 0
-    written(here, text, "values.csv")
+    write_file(here, text, "values.csv")
     assert re.search(message, refusal("audit", "values.csv"))
 
 
@@ -150,7 +150,7 @@ def test_files_that_are_no_tables_are_refused(here: Path) -> None:
     assert "there is no such file" in refusal("audit", "missing.csv")
     (here / "bytes.csv").write_bytes(b"\xff\xfe\x00")
     assert "no text in UTF-16" in refusal("audit", "bytes.csv")
-    written(here, HEADING + GOOD, "README.csv")
+    write_file(here, HEADING + GOOD, "README.csv")
     assert "is taken" in refusal("audit", "README.csv")
 
 

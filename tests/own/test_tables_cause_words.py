@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from handmade_studies import SCENE as HALVED
 from handmade_studies import table_study
-from table_files import Columns, exact_table, judged
+from table_files import Columns, exact_table, judge_columns
 
 from conrod.errors import InvalidInput
 from conrod.models.tables.causes import Cause, likely_causes
@@ -199,7 +199,7 @@ def test_study_has_its_largest_errors_and_revolutions() -> None:
 
 
 def judged_places(folder: Path, **tolerance: float) -> TableStudy:
-    return judged(PLACES, SAW, folder, tolerance=tolerance)
+    return judge_columns(PLACES, SAW, folder, tolerance=tolerance)
 
 
 @pytest.mark.parametrize(("name", "what"), [
@@ -213,34 +213,34 @@ def test_a_tolerance_without_a_column_is_refused(name: str, what: str, tmp_path:
 
 def test_notes_on_a_table(tmp_path: Path) -> None:
     table = {"time [s]": PLACES["time"], "C.x": PLACES["C.x"], "C.vy": 0.0 * PLACES["time"]}
-    assert judged(table, SAW, tmp_path).notes == (
+    assert judge_columns(table, SAW, tmp_path).notes == (
         "no unit is given for C.x, C.vy: taken to be SI (s, m, rad); --unit says otherwise",
         "not in the table: crank_angle, crank_speed, crank_acceleration, C.y, C.vx, C.ax, C.ay, M.x, M.y, M.vx, M.vy, "
         "M.ax, M.ay; motion is not judged then, and the crank taken at its nominal",
         "C.vy: the exact motion stands still there, so that their errors say nothing of it",
     )
     twice = {name: np.repeat(own, 2)[: len(own) + 3] for name, own in PLACES.items()}
-    assert judged(twice, SAW, tmp_path).notes[0] == (
+    assert judge_columns(twice, SAW, tmp_path).notes[0] == (
         "rows that repeat the time and all values of the row before are left out: 32"
     )
 
 
 def test_a_clock_that_is_off_by_what_nobody_asked_for_has_a_note(tmp_path: Path) -> None:
     late = EXACT | {"time": EXACT["time"] + 1e-3}
-    assert judged(late, SAW, tmp_path, tolerance={"position": 1e-3}).notes[-1] == CLOCK_NOTE
-    assert CLOCK_NOTE not in judged(late, SAW, tmp_path, tolerance={"position": 1e-3, "phase": 1e-3}).notes
-    assert CLOCK_NOTE not in judged(EXACT, SAW, tmp_path, tolerance={"position": 1e-3}).notes
+    assert judge_columns(late, SAW, tmp_path, tolerance={"position": 1e-3}).notes[-1] == CLOCK_NOTE
+    assert CLOCK_NOTE not in judge_columns(late, SAW, tmp_path, tolerance={"position": 1e-3, "phase": 1e-3}).notes
+    assert CLOCK_NOTE not in judge_columns(EXACT, SAW, tmp_path, tolerance={"position": 1e-3}).notes
 
 
 def test_facts_of_a_table_are_those_of_its_file(tmp_path: Path) -> None:
-    study = judged(PLACES, SAW, tmp_path, tolerance={"position": 1e-3})
+    study = judge_columns(PLACES, SAW, tmp_path, tolerance={"position": 1e-3})
     assert (study.file, study.scene_name, study.scene) == ("table.csv", "saw", SAW)
     assert (study.form, study.rows) == ("text, separated by commas, decimal points", 61)
     assert study.span == (0.0, pytest.approx(2.0 * SAW.period))
     assert [column.name for column in study.columns] == ["time", "C.x", "C.y", "M.x", "M.y"]
     assert (study.unused, study.estimates, study.phase, study.distrust) == ((), (), None, "")
     assert study.unjudged == ("velocity", "acceleration", "crank angle")
-    shifted = judged(PLACES | {"time": PLACES["time"] + 1.0}, SAW, tmp_path, ["time"])
+    shifted = judge_columns(PLACES | {"time": PLACES["time"] + 1.0}, SAW, tmp_path, ["time"])
     assert shifted.span == (1.0, pytest.approx(1.0 + 2.0 * SAW.period))
     assert [one.name for one in shifted.estimates] == ["time"]
 
@@ -250,14 +250,14 @@ def test_a_table_that_leads_out_of_its_pass_is_refused(tmp_path: Path) -> None:
     span = scene.mechanism().driver.span or (0.0, 0.0)
     times = np.linspace(*sorted(angle / scene.speed for angle in span), 30)
     table = exact_table(scene, times=times)
-    assert judged(table, scene, tmp_path, tolerance={"position": 1e-3}).passed is True
+    assert judge_columns(table, scene, tmp_path, tolerance={"position": 1e-3}).passed is True
     begin, end = (math.degrees(angle) for angle in span)
     with pytest.raises(InvalidInput) as refused:
-        judged(table | {"time": times + 1.0}, scene, tmp_path)
+        judge_columns(table | {"time": times + 1.0}, scene, tmp_path)
     found = sorted(math.degrees(scene.speed * (time + 1.0)) for time in (times[0], times[-1]))
     assert str(refused.value) == (
         f"the table's times lead from crank angle {found[0]:.6g} to {found[1]:.6g} deg, out of the pass from "
         f"{begin:.6g} to {end:.6g} deg: time 0 is that of crank angle 0, so that the pass begins at {times[0]:.6g} s"
     )
     with pytest.raises(InvalidInput, match="out of the pass"):
-        judged(table | {"time": times - 1.0}, scene, tmp_path)
+        judge_columns(table | {"time": times - 1.0}, scene, tmp_path)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from synthetic import longer_rod, synthetic_trajectory
-from table_files import ROWS, Columns, exact_table, judged
+from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod.models.tables.causes import _reproducing_causes
 from conrod.models.tables.study import TableStudy
@@ -99,7 +99,7 @@ SLIPS = [
 def test_a_slip_is_named_with_its_size_and_nothing_else_is(
     table: Columns, scene: Scene, kind: str, explains: tuple[str, ...], words: str, tmp_path: Path
 ) -> None:
-    only_cause(judged(table, scene, tmp_path), kind, explains, words)
+    only_cause(judge_columns(table, scene, tmp_path), kind, explains, words)
 
 
 # -- negative controls -------------------------------------------------------------------------------------------------
@@ -119,7 +119,7 @@ def test_what_no_slip_reproduces_is_not_explained(plant: str, tmp_path: Path) ->
     table = of_longer_rod(scene) if "longer rod" in plant else exact_table(scene)
     for point in scene.lengths:
         table[f"{point}.x"] = table[f"{point}.x"] + 1e-3 * min(scene.lengths.values()) * SHAPES[plant]
-    study = judged(table, scene, tmp_path)
+    study = judge_columns(table, scene, tmp_path)
     assert (study.largest("total") or 0.0) > 1e-5
     assert kinds(study) == []
 
@@ -128,17 +128,17 @@ def test_where_one_slip_explains_all_a_poorer_one_is_not_named(tmp_path: Path) -
     # Lengths so small stand all but still, and so they do where the crank hardly turns.
     table = exact_table(SAW)
     table = {name: table[name] * (1.0 if name == "time" else 1e-3) for name in ("time", "C.x", "C.y")}
-    only_cause(judged(table, SAW, tmp_path), "length unit", POSITION, "m taken for mm")
+    only_cause(judge_columns(table, SAW, tmp_path), "length unit", POSITION, "m taken for mm")
     # An estimate of a table that is far off does not run away.
     bar = scene_named("six-bar")
-    study = judged(scaled(exact_table(bar, rows=60), 1e3, "."), bar, tmp_path, ["time"])
+    study = judge_columns(scaled(exact_table(bar, rows=60), 1e3, "."), bar, tmp_path, ["time"])
     assert kinds(study) == ["length unit"]
 
 
 def test_within_tolerance_nobody_asks_why(tmp_path: Path) -> None:
     table = steps(SAW, 0.3)
-    assert judged(table, SAW, tmp_path, tolerance={"position": 0.1}).causes == ()
-    assert kinds(judged(table, SAW, tmp_path, tolerance={"position": 1e-6})) == ["time offset"]
+    assert judge_columns(table, SAW, tmp_path, tolerance={"position": 0.1}).causes == ()
+    assert kinds(judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-6})) == ["time offset"]
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-4, 1e-3])
@@ -147,7 +147,7 @@ def test_of_one_kind_the_simplest_that_explains_is_named(noise: float, tmp_path:
     table = moved(exact_table(PRESS, ALL), ".x", 0.25)
     for name in (name for name in table if name != "time" and name[-2] == "."):
         table[name] = table[name] + noise * PRESS.lengths[name[0]] * RANDOM.normal(size=2 * ROWS + 1)
-    study = judged(table, PRESS, tmp_path, tolerance={"position": 1e-6})
+    study = judge_columns(table, PRESS, tmp_path, tolerance={"position": 1e-6})
     assert kinds(study) == ["frame"]
     assert "offset by (2" in study.causes[0].text
     assert "turned" not in study.causes[0].text
@@ -157,14 +157,14 @@ def test_a_turn_is_named_where_the_offset_alone_leaves_far_more(tmp_path: Path) 
     table = turned(exact_table(SAW, ("position",)))
     for name in (name for name in table if name != "time"):
         table[name] = table[name] + 1e-5 * SAW.lengths[name[0]] * RANDOM.normal(size=2 * ROWS + 1)
-    study = judged(table, SAW, tmp_path, tolerance={"position": 1e-6})
+    study = judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-6})
     assert kinds(study) == ["frame"]
     assert "and turned by 20" in study.causes[0].text
 
 
 def test_causes_that_explain_as_much_stand_by_what_they_leave(tmp_path: Path) -> None:
     # Half a step of a velocity is explained in full, and next to it nothing that leaves a twentieth.
-    study = judged(steps(SAW, 0.5, ("velocity",)), SAW, tmp_path)
+    study = judge_columns(steps(SAW, 0.5, ("velocity",)), SAW, tmp_path)
     for cause in study.causes:
         for before, after in cause.explains.values():
             assert after <= 0.05 * min(before, 1.0)
@@ -180,14 +180,14 @@ def test_large_error_is_explained_up_to_a_twentieth_of_length(noise: float, name
         table[name] = table[name] + noise / math.sqrt(2.0) * SAW.lengths[name[0]] * random.choice(
             [-1.0, 1.0], 2 * ROWS + 1
         )
-    study = judged(scaled(table, 1e3, "."), SAW, tmp_path)
+    study = judge_columns(scaled(table, 1e3, "."), SAW, tmp_path)
     assert (study.largest("total") or 0.0) > 100.0
     assert kinds(study) == named
 
 
 def test_cause_of_more_errors_is_named_first(tmp_path: Path) -> None:
     table = moved(steps(SAW, 0.5, ("velocity",)), ".x", 0.25)
-    study = judged(table, SAW, tmp_path)
+    study = judge_columns(table, SAW, tmp_path)
     assert [(cause.kind, tuple(cause.explains)) for cause in study.causes] == [
         ("frame", POSITION), ("velocity stamp", ("velocity",)),
     ]  # fmt: skip

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from table_files import Columns, exact_table, judged
+from table_files import Columns, exact_table, judge_columns
 
 from conrod.exact.motion import Array
 from conrod.models.tables.study import TableStudy
@@ -45,7 +45,7 @@ def study_of(late: Array, kept: Array, folder: Path, angles: str = "continuous")
         table["crank_angle"] = np.mod(table["crank_angle"], 2.0 * np.pi)
     table["time"] = np.round(TIMES, 3)
     table = {name: column[kept.astype(int)] for name, column in table.items()}
-    return judged(table, SAW, folder, tolerance={"position": 1e-6})
+    return judge_columns(table, SAW, folder, tolerance={"position": 1e-6})
 
 
 @pytest.mark.parametrize("angles", ["continuous", "0 to 360 deg"])
@@ -66,11 +66,11 @@ def test_unequal_times_are_allowed_half_their_last_digit(tmp_path: Path) -> None
     at = np.cumsum(RANDOM.uniform(2e-3, 9e-3, 200))
     table = exact_table(SAW, times=at, crank=True)
     rounded = table | {"time": np.round(at, 3)}
-    found = judged(rounded, SAW, tmp_path, tolerance={"position": 1e-6})
+    found = judge_columns(rounded, SAW, tmp_path, tolerance={"position": 1e-6})
     assert found.passed is True
     assert found.tolerance["phase"] == pytest.approx(SAW.speed * 0.5e-3, rel=1e-6)
     late = table | {"time": np.round(at, 3) + 1e-3}
-    assert judged(late, SAW, tmp_path, tolerance={"position": 1e-6}).passed is False
+    assert judge_columns(late, SAW, tmp_path, tolerance={"position": 1e-6}).passed is False
 
 
 def test_half_of_rows_are_exact_when_far_coarser_than_digits(tmp_path: Path) -> None:
@@ -85,7 +85,7 @@ def test_rows_one_digit_apart_are_exact_when_few_are_missing(tmp_path: Path) -> 
     table = exact_table(SAW, times=times + 0.4e-3, crank=True) | {"time": np.round(times, 3)}
     for missing in ([150], list(range(40, 90)), [20, 90, 200, 201]):
         few = {name: np.delete(column, missing) for name, column in table.items()}
-        assert set(judged(few, SAW, tmp_path, tolerance={"position": 1e-6}).exceeded) == {"phase", "total"}
+        assert set(judge_columns(few, SAW, tmp_path, tolerance={"position": 1e-6}).exceeded) == {"phase", "total"}
 
 
 def test_few_digits_make_any_times_multiples_of_the_last_one(tmp_path: Path) -> None:
@@ -93,5 +93,5 @@ def test_few_digits_make_any_times_multiples_of_the_last_one(tmp_path: Path) -> 
     written = np.cumsum(random.integers(1, 4, ROWS)) * 1e-3
     at = written + random.uniform(-0.45e-3, 0.45e-3, ROWS)
     table = exact_table(SAW, times=at, crank=True) | {"time": np.round(written, 3)}
-    study = judged(table, SAW, tmp_path, tolerance={"position": 1e-6})
+    study = judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-6})
     assert (study.passed, study.tolerance["phase"]) == (True, pytest.approx(SAW.speed * 0.5e-3, rel=1e-6))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from command_line import conrod
 from described import SLIDER_CRANK, tables
-from table_files import ROWS, Columns, exact_table, judged
+from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod import InvalidInput
 from conrod.models.tables.report import verdict_text
@@ -49,19 +49,19 @@ def test_a_tolerance_of_what_stands_still_is_refused(
     table = of_columns(*columns)
     still = next((name for name in columns if "y" in name and "." in name), columns[0])
     with pytest.raises(InvalidInput) as refused:
-        judged(table | {still: table[still] + added}, SAW, tmp_path, tolerance=tolerance)
+        judge_columns(table | {still: table[still] + added}, SAW, tmp_path, tolerance=tolerance)
     assert said in str(refused.value)
 
 
 def test_what_stands_still_but_is_off_is_out_of_tolerance(tmp_path: Path) -> None:
     table = of_columns("C.y")
-    study = judged(table | {"C.y": table["C.y"] + 1e-3}, SAW, tmp_path, tolerance=TIGHT)
+    study = judge_columns(table | {"C.y": table["C.y"] + 1e-3}, SAW, tmp_path, tolerance=TIGHT)
     assert set(study.exceeded) == {"position"}
     # Nothing is judged without a tolerance, and a note says that nothing moves.
-    study = judged(table, SAW, tmp_path)
+    study = judge_columns(table, SAW, tmp_path)
     assert study.passed is None
     assert any(note.startswith("C.y: the exact motion stands still there") for note in study.notes)
-    assert not any("stands still" in note for note in judged(of_columns("C.x"), SAW, tmp_path).notes)
+    assert not any("stands still" in note for note in judge_columns(of_columns("C.x"), SAW, tmp_path).notes)
 
 
 def test_still_coordinate_away_from_zero_judges_nothing(tmp_path: Path) -> None:
@@ -72,15 +72,15 @@ def test_still_coordinate_away_from_zero_judges_nothing(tmp_path: Path) -> None:
     table = exact_table(scene)
     assert float(table["B.y"].min()) == pytest.approx(0.02)
     with pytest.raises(InvalidInput, match=r"the exact B\.y moves by no more"):
-        judged({name: table[name] for name in ("time", "B.y")}, scene, tmp_path, tolerance=TIGHT)
+        judge_columns({name: table[name] for name in ("time", "B.y")}, scene, tmp_path, tolerance=TIGHT)
 
 
 def test_moving_column_is_judged_beside_a_still_one(tmp_path: Path) -> None:
-    assert judged(of_columns("C.x", "C.y"), SAW, tmp_path, tolerance=TIGHT).passed is True
+    assert judge_columns(of_columns("C.x", "C.y"), SAW, tmp_path, tolerance=TIGHT).passed is True
     table = exact_table(CamFollower())
-    assert judged(table, CamFollower(), tmp_path, tolerance=TIGHT).passed is True
+    assert judge_columns(table, CamFollower(), tmp_path, tolerance=TIGHT).passed is True
     with pytest.raises(InvalidInput, match=r"the exact roller\.x moves by no more"):
-        judged({name: table[name] for name in ("time", "roller.x")}, CamFollower(), tmp_path, tolerance=TIGHT)
+        judge_columns({name: table[name] for name in ("time", "roller.x")}, CamFollower(), tmp_path, tolerance=TIGHT)
 
 
 @pytest.mark.parametrize(
@@ -102,19 +102,19 @@ def test_moving_column_is_judged_beside_a_still_one(tmp_path: Path) -> None:
 def test_the_first_line_says_what_is_not_judged(
     columns: tuple[str, ...], tolerance: dict[str, float], unjudged: tuple[str, ...], tmp_path: Path
 ) -> None:
-    study = judged(of_columns(*columns), SAW, tmp_path, tolerance=tolerance)
+    study = judge_columns(of_columns(*columns), SAW, tmp_path, tolerance=tolerance)
     assert study.passed is True
     assert study.unjudged == unjudged
     assert verdict_text(study).endswith(f"; not judged: {', '.join(unjudged)}")
     table = of_columns(*columns)
-    late = judged(table | {"time": table["time"] + 0.002}, SAW, tmp_path, tolerance=tolerance)
+    late = judge_columns(table | {"time": table["time"] + 0.002}, SAW, tmp_path, tolerance=tolerance)
     assert verdict_text(late).startswith("OUT OF TOLERANCE: ")
     assert verdict_text(late).endswith(f"; not judged: {', '.join(unjudged)}")
 
 
 def test_all_that_is_there_and_judged_leaves_nothing_out(tmp_path: Path) -> None:
     table, every = exact_table(SAW, ALL, crank=True), dict.fromkeys(ALL, 1e-4)
-    study = judged(table, SAW, tmp_path, tolerance=every)
+    study = judge_columns(table, SAW, tmp_path, tolerance=every)
     assert (study.passed, study.unjudged) == (True, ())
     assert "not judged" not in verdict_text(study)
 

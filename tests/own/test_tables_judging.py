@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command_line import conrod
 from synthetic import synthetic_trajectory
-from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judged
+from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judge_columns
 
 from conrod import InvalidInput, Trajectory, compare
 from conrod.cli.options import names_in
@@ -39,7 +39,7 @@ def test_table_is_judged_as_a_run_and_drive_error_is_in_total(tmp_path: Path) ->
     trajectory = synthetic_trajectory(SAW, drive=1e-4)
     expected = compare(trajectory, SAW)
     for quantity in ALL:
-        study = judged(table_of(trajectory, quantity), SAW, tmp_path)
+        study = judge_columns(table_of(trajectory, quantity), SAW, tmp_path)
         names = ("total", "position") if quantity == "position" else (quantity,)
         assert {name for errors in study.errors.values() for name in errors} == set(names)
         for point, errors in study.errors.items():
@@ -60,13 +60,13 @@ def test_a_planted_error_is_found_with_its_size(name: str, size: float, tmp_path
     # In one row alone, along a slanting direction.
     table[f"{point}.x"][77] += 0.6 * size * scene.lengths[point]
     table[f"{point}.y"][77] -= 0.8 * size * scene.lengths[point]
-    study = judged(table, scene, tmp_path, tolerance={"total": 0.99 * size})
+    study = judge_columns(table, scene, tmp_path, tolerance={"total": 0.99 * size})
     assert study.passed is False
     assert study.largest("total") == pytest.approx(size, rel=1e-6)
     assert int(np.argmax(study.errors[point]["total"].largest)) == 77
-    assert judged(table, scene, tmp_path, tolerance={"total": 1.01 * size}).passed is True
+    assert judge_columns(table, scene, tmp_path, tolerance={"total": 1.01 * size}).passed is True
     with pytest.raises(InvalidInput, match="no velocity column; conrod does not differentiate"):
-        judged(table, scene, tmp_path, tolerance={"velocity": 1.0})
+        judge_columns(table, scene, tmp_path, tolerance={"velocity": 1.0})
 
 
 def test_encoder_log_is_judged_by_crank_angle_and_time_offset(tmp_path: Path) -> None:
@@ -75,11 +75,11 @@ def test_encoder_log_is_judged_by_crank_angle_and_time_offset(tmp_path: Path) ->
     wobble = 0.01 * np.sin(7.0 * times)
     # An encoder counts from 0 to a turn, again and again.
     table = {"time": times, "crank_angle": np.mod(5.0 * times + wobble, TURN)}
-    study = judged(table, scene, tmp_path, tolerance={"phase": 0.0101})
+    study = judge_columns(table, scene, tmp_path, tolerance={"phase": 0.0101})
     assert study.largest("phase") == pytest.approx(np.abs(wobble).max(), abs=1e-12)
     assert (study.passed, study.errors) == (True, {})
-    assert judged(table, scene, tmp_path, tolerance={"phase": 0.0099}).passed is False
-    study = judged(table | {"crank_angle": np.mod(5.0 * (times - 0.05), TURN)}, scene, tmp_path, ["time"])
+    assert judge_columns(table, scene, tmp_path, tolerance={"phase": 0.0099}).passed is False
+    study = judge_columns(table | {"crank_angle": np.mod(5.0 * (times - 0.05), TURN)}, scene, tmp_path, ["time"])
     assert values(study)["time"] == pytest.approx(0.05, abs=1e-12)
     assert (study.largest("phase") or 0.0) < 1e-12
 
@@ -88,7 +88,7 @@ def test_the_sides_of_a_jump_are_told_by_the_crank(tmp_path: Path) -> None:
     # At a joint of the cam's arcs the acceleration has two values; the table's own account of it is the right one.
     scene = CamFollower(speed=2.0)
     times = np.sort(np.append(np.linspace(0.0, scene.period, 50), scene.break_angles()[0] / 2.0))
-    study = judged(exact_table(scene, ALL, times=times), scene, tmp_path)
+    study = judge_columns(exact_table(scene, ALL, times=times), scene, tmp_path)
     assert study.largest("acceleration") == 0.0
 
 
@@ -122,7 +122,7 @@ def test_a_table_is_judged_by_its_clock(
 ) -> None:
     scene = ShearPress(speed=-3.0)
     table = with_clock(scene, **fault) if digits is None else written_with(with_clock(scene, **fault), digits)
-    study = judged(table, scene, tmp_path, tolerance={"position": 2e-6, "velocity": 2e-6})
+    study = judge_columns(table, scene, tmp_path, tolerance={"position": 2e-6, "velocity": 2e-6})
     assert study.largest("phase") == pytest.approx(turned, rel=1e-3, abs=3e-6 if digits else 1e-12)
     assert study.passed is (turned == 0.0)
     # At the angle that the table says there is nothing to be seen of it.
@@ -133,23 +133,23 @@ def test_a_table_is_judged_by_its_clock(
 
 def test_estimate_corrects_a_wrong_start_and_no_wrong_timestep(tmp_path: Path) -> None:
     late, slow = with_clock(SAW, late=1), with_clock(SAW, step=WRONG)
-    assert judged(late, SAW, tmp_path, ("time",), {"position": 1e-9}).passed is True
-    assert judged(slow, SAW, tmp_path, ("time",), {"position": 1e-9}).passed is False
+    assert judge_columns(late, SAW, tmp_path, ("time",), {"position": 1e-9}).passed is True
+    assert judge_columns(slow, SAW, tmp_path, ("time",), {"position": 1e-9}).passed is False
     for name, allowed, exceeded in (
         ("phase", 2e-3, set()),
         ("phase", 1e-3, {"phase", "total"}),
         ("total", 1e-2, set()),  # whoever limits the total has said what the clock may do
     ):
-        assert set(judged(slow, SAW, tmp_path, tolerance={"position": 1e-6, name: allowed}).exceeded) == exceeded
+        assert set(judge_columns(slow, SAW, tmp_path, tolerance={"position": 1e-6, name: allowed}).exceeded) == exceeded
 
 
 def test_whole_degrees_are_exact_at_equal_distances(tmp_path: Path) -> None:
     table = written_with(exact_table(SAW, crank=True), 7)
     table["crank_angle [deg]"] = np.rint(table["crank_angle [deg]"])
-    assert judged(table, SAW, tmp_path, tolerance={"position": 1e-6}).tolerance["phase"] < 2e-6
+    assert judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-6}).tolerance["phase"] < 2e-6
     # Written to whole degrees of others, half a degree is all that can be known.
     table["crank_angle [deg]"][7] += 1.0
-    assert 0.008 < judged(table, SAW, tmp_path, tolerance={"position": 1e-2}).tolerance["phase"] < 0.009
+    assert 0.008 < judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-2}).tolerance["phase"] < 0.009
 
 
 # -- estimates ---------------------------------------------------------------------------------------------------------
@@ -164,27 +164,27 @@ def test_a_time_offset_is_found(name: str, share: float, tmp_path: Path) -> None
     scene = SCENES[name]
     table = exact_table(scene)
     table["time"] = table["time"] + share * scene.period
-    study = judged(table, scene, tmp_path, ["time"])
+    study = judge_columns(table, scene, tmp_path, ["time"])
     assert values(study)["time"] == pytest.approx(share * scene.period, rel=1e-7, abs=1e-14 * scene.period)
     assert (study.largest("total") or 0.0) < 1e-11
     # Negative control: it is not taken off unasked.
-    assert (judged(table, scene, tmp_path).largest("total") or 0.0) > 1e-8
+    assert (judge_columns(table, scene, tmp_path).largest("total") or 0.0) > 1e-8
 
 
 def test_phase_is_estimated_apart_from_clock_with_a_crank_angle(tmp_path: Path) -> None:
     scene = ShearPress(speed=-5.0)
-    study = judged(exact_table(scene, phase=1.1), scene, tmp_path, ["phase"])
+    study = judge_columns(exact_table(scene, phase=1.1), scene, tmp_path, ["phase"])
     assert values(study) == {"phase": pytest.approx(1.1, abs=1e-12)}
     assert (study.largest("total") or 0.0) < 1e-11
     # The encoder's zero is 0.3 rad ahead of the scene's, and its clock 2 ms.
     table = exact_table(SAW, crank=True)
     table |= {"crank_angle": table["crank_angle"] - 0.3, "time": table["time"] + 0.002}
-    study = judged(table, SAW, tmp_path, ["time", "phase"])
+    study = judge_columns(table, SAW, tmp_path, ["time", "phase"])
     assert values(study) == {"zero": pytest.approx(0.3, abs=1e-12), "time": pytest.approx(0.002, abs=1e-13)}
     assert max(study.largest(name) or 0.0 for name in ("total", "position")) < 1e-11
     # Noise moves both alike: the clock stays within what rounding makes of it.
     table["C.x"] = table["C.x"] + 1e-4 * np.random.default_rng(4).normal(size=2 * ROWS + 1)
-    assert judged(table, SAW, tmp_path, ["time", "phase"], {"position": 1e-2}).passed is True
+    assert judge_columns(table, SAW, tmp_path, ["time", "phase"], {"position": 1e-2}).passed is True
 
 
 def test_standard_errors_are_the_scatter_of_estimates() -> None:
@@ -272,7 +272,7 @@ def test_table_is_refused_when_it_leaves_a_pass_at_either_end(speed: float, tmp_
         times = np.linspace(ends[0], ends[1], 50)
         table = exact_table(scene, times=times)
         stretched = np.linspace(ends[0] + first, ends[1] + last, 50)
-        return judged(table | {"time": stretched}, scene, tmp_path)
+        return judge_columns(table | {"time": stretched}, scene, tmp_path)
 
     assert (study(0.0, 0.0).largest("total") or 0.0) < 1e-9
     little = 5e-7 / abs(scene.speed)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from table_files import read, written
+from table_files import read_file, write_file
 
 from conrod.errors import InvalidInput
 from conrod.models.tables import reading
@@ -38,14 +38,14 @@ COLUMNS = (Column("time", 0, "t [ms]", "ms", 1e-3, "heading"), Column("C.x", 1, 
 def test_text_is_read_in_the_layout_that_most_numbers_fit(
     text: str, form: str, values: list[float], tmp_path: Path
 ) -> None:
-    found = read(written(tmp_path, text), SAW)
+    found = read_file(write_file(tmp_path, text), SAW)
     assert found.form == form
     assert found.values["C.x"].tolist() == values
     assert found.values["time"].tolist() == [0.0, 1.0]
 
 
 def test_other_encodings_are_named(tmp_path: Path) -> None:
-    found = read(written(tmp_path, "time,crank angle [°]\n0,0\n1,180\n", encoding="cp1252"), SAW)
+    found = read_file(write_file(tmp_path, "time,crank angle [°]\n0,0\n1,180\n", encoding="cp1252"), SAW)
     assert found.form.startswith("text, separated by commas, decimal points, ")
     assert "UTF-8" not in found.form
 
@@ -62,13 +62,13 @@ def test_other_encodings_are_named(tmp_path: Path) -> None:
 def test_headings_are_the_last_row_above_the_numbers(
     text: str, columns: list[str], unused: tuple[str, ...], tmp_path: Path
 ) -> None:
-    found = read(written(tmp_path, text), SAW)
+    found = read_file(write_file(tmp_path, text), SAW)
     assert [column.heading for column in found.columns] == columns
     assert found.unused == unused
 
 
 def test_columns_without_headings_have_numbers(tmp_path: Path) -> None:
-    found = read(written(tmp_path, "0 1 2\n1 2 3\n"), SAW, ["time=1", "C.x=3"])
+    found = read_file(write_file(tmp_path, "0 1 2\n1 2 3\n"), SAW, ["time=1", "C.x=3"])
     assert [column.heading for column in found.columns] == ["1", "3"]
     assert found.unused == ("2",)
 
@@ -97,9 +97,9 @@ def test_lines_are_split_into_cells_without_blanks(line: str, separator: str, ce
     ("time,C.x\n0,1\n1,2\n0.5,3\n", "times are not in order: 0.5 s in row 4 after 1 s in row 3"),
 ])  # fmt: skip
 def test_text_that_is_no_table_is_refused(text: str, message: str, tmp_path: Path) -> None:
-    path = written(tmp_path, text)
+    path = write_file(tmp_path, text)
     with pytest.raises(InvalidInput) as refused:
-        read(path, SAW)
+        read_file(path, SAW)
     assert str(refused.value) == f"{path}: {message}"
 
 
@@ -150,7 +150,7 @@ def test_archive_holds_columns_and_planar_arrays(tmp_path: Path) -> None:
     numbers = np.arange(3)
     np.savez(file, time=numbers, C=np.column_stack([numbers, numbers + 1.0]), M=np.ones((3, 3)), words=np.array(["a"]),
              flags=np.array([True]), cube=np.ones((2, 2, 2)), other=numbers.astype(np.float32))  # fmt: skip
-    found = read(file, SAW)
+    found = read_file(file, SAW)
     assert found.form == "numpy archive"
     assert {name: values.tolist() for name, values in found.values.items()} == {
         "time": [0.0, 1.0, 2.0], "C.x": [0.0, 1.0, 2.0], "C.y": [1.0, 2.0, 3.0],
@@ -160,7 +160,7 @@ def test_archive_holds_columns_and_planar_arrays(tmp_path: Path) -> None:
     np.savez(tmp_path / "u.npz", time=np.array([0.0, 1.0, 0.5]), C=np.ones((3, 2)))
     (tmp_path / "u.npz").rename(bad)
     with pytest.raises(InvalidInput, match=r"times are not in order: 0\.5 s in row 3 after 1 s in row 2$"):
-        read(bad, SAW)
+        read_file(bad, SAW)
 
 
 @pytest.mark.parametrize(("content", "message"), [
@@ -178,8 +178,8 @@ def test_archives_that_make_no_table_are_refused(
     else:
         np.savez(file, **content)
     with pytest.raises(InvalidInput) as refused:
-        read(file, SAW)
+        read_file(file, SAW)
     assert str(refused.value) == f"{file}: {message}"
     monkeypatch.setattr(reading, "MAX_TABLE_ROWS", 30)
     if "30 rows" in message:
-        assert len(read(file, SAW).values["time"]) == 30
+        assert len(read_file(file, SAW).values["time"]) == 30

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from table_files import csv_text, exact_table, read, written
+from table_files import csv_text, exact_table, read_file, write_file
 
 from conrod import InvalidInput
 from conrod.models.tables import reading
@@ -47,7 +47,7 @@ FORMS: dict[str, tuple[str, str, list[str], list[str], dict[str, Any]]] = {
 @pytest.mark.parametrize("form", FORMS)
 def test_tables_are_read_as_people_and_tools_write_them(form: str, tmp_path: Path) -> None:
     text, encoding, columns, units, expected = FORMS[form]
-    found = read(written(tmp_path, text, encoding=encoding), SAW, columns, units)
+    found = read_file(write_file(tmp_path, text, encoding=encoding), SAW, columns, units)
     assert [column.name for column in found.columns] == list(expected)
     for name, numbers in expected.items():
         assert found.values[name] == pytest.approx(numbers, rel=1e-15), name
@@ -55,26 +55,26 @@ def test_tables_are_read_as_people_and_tools_write_them(form: str, tmp_path: Pat
 
 def test_table_has_the_source_of_its_units_and_unused_columns(tmp_path: Path) -> None:
     text = "time [s],px,C.y,who\n0,1,2,me\n0,1,2,me\n1,2,2,me\n"
-    found = read(written(tmp_path, text), SAW, ["C.x=px"], ["m"])
+    found = read_file(write_file(tmp_path, text), SAW, ["C.x=px"], ["m"])
     assert [(column.unit, column.unit_from) for column in found.columns] == [("s", "heading"), *[("m", "--unit")] * 2]
     assert (found.unused, found.repeated) == (("who",), 1)
-    found = read(written(tmp_path, "Time,C_x\nsec,\n0,1\n0.25,2\n"), SAW)
+    found = read_file(write_file(tmp_path, "Time,C_x\nsec,\n0,1\n0.25,2\n"), SAW)
     assert [(column.unit, column.unit_from) for column in found.columns] == [("sec", "heading"), ("m", "assumed")]
     # The only point needs no name.
-    found = read(written(tmp_path, "t,x,y,vy\n0,0,1,0\n1,0,1,0\n"), CamFollower())
+    found = read_file(write_file(tmp_path, "t,x,y,vy\n0,0,1,0\n1,0,1,0\n"), CamFollower())
     assert list(found.values) == ["time", "roller.x", "roller.y", "roller.vy"]
 
 
 def test_formats_have_equal_values_and_archives_planar_arrays(tmp_path: Path) -> None:
-    written(tmp_path, csv_text(EXACT))
+    write_file(tmp_path, csv_text(EXACT))
     np.savez(tmp_path / "t.npz", **EXACT)  # type: ignore[arg-type]
     # Commas between numbers and in them nobody can tell apart.
     for separator, decimal in ((" ", "."), ("\t", ",")):
-        written(tmp_path, csv_text(EXACT, separator, decimal), f"{ord(separator)}.txt", "utf-8-sig")
+        write_file(tmp_path, csv_text(EXACT, separator, decimal), f"{ord(separator)}.txt", "utf-8-sig")
     planar = {point: np.column_stack([EXACT[f"{point}.x"], EXACT[f"{point}.y"]]) for point in ("C", "M")}
     np.savez(tmp_path / "planar.npz", t=EXACT["time"], title=np.array("a run"), **planar)
     for name in ("t.csv", "32.txt", "9.txt", "t.npz", "planar.npz"):
-        found = read(tmp_path / name, SAW).values
+        found = read_file(tmp_path / name, SAW).values
         assert {column: values.tolist() for column, values in found.items()} == {
             column: values.tolist() for column, values in EXACT.items()
         }
@@ -108,9 +108,9 @@ def test_a_bad_table_is_refused_in_one_line(
     text: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(reading, "MAX_TABLE_ROWS", 29)
-    path = written(tmp_path, text)
+    path = write_file(tmp_path, text)
     with pytest.raises(InvalidInput, match=message) as refused:
-        read(path, SAW)
+        read_file(path, SAW)
     assert str(refused.value).startswith(str(path))
     assert "\n" not in str(refused.value)
     assert path.read_text() == text
@@ -119,7 +119,7 @@ def test_a_bad_table_is_refused_in_one_line(
 @pytest.mark.parametrize("row", ["1,+2,3", "1, 2 ,3", '1,"2",3', "1,2,3,"])
 def test_the_same_table_without_the_slip_is_read(row: str, tmp_path: Path) -> None:
     # Negative control of the list above.
-    found = read(written(tmp_path, table(GOOD[0], row, GOOD[2])), SAW).values
+    found = read_file(write_file(tmp_path, table(GOOD[0], row, GOOD[2])), SAW).values
     assert (found["C.x"][1], found["C.y"][1]) == pytest.approx((2e-3, 3e-3))
 
 
@@ -129,9 +129,9 @@ def test_the_same_table_without_the_slip_is_read(row: str, tmp_path: Path) -> No
     ([], ["parsec2"], "--unit parsec2: it is no unit of time, length"),
 ])  # fmt: skip
 def test_bad_options_name_what_is_near(columns: list[str], units: list[str], message: str, tmp_path: Path) -> None:
-    path = written(tmp_path, "time,px,py\n0,1,2\n1,2,3\n")
+    path = write_file(tmp_path, "time,px,py\n0,1,2\n1,2,3\n")
     with pytest.raises(InvalidInput, match=message):
-        read(path, SAW, columns, units)
+        read_file(path, SAW, columns, units)
 
 
 @pytest.mark.parametrize(("content", "message"), [
@@ -149,4 +149,4 @@ def test_an_archive_that_makes_no_table_is_refused(
     else:
         np.savez(tmp_path / "t.npz", **content)
     with pytest.raises(InvalidInput, match=message):
-        read(tmp_path / "t.npz", SAW)
+        read_file(tmp_path / "t.npz", SAW)

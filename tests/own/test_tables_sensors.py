@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from synthetic import longer_rod, synthetic_trajectory
-from table_files import ROWS, Columns, exact_table, judged
+from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod.exact.motion import Array
 from conrod.models.tables.study import TableStudy
@@ -27,7 +27,7 @@ def changed(*parts: str, by: float | Array = 0.0, gain: float = 1.0, crank: bool
 
 
 def study_of(table: Columns, folder: Path, **tolerance: float) -> TableStudy:
-    return judged(table, SAW, folder, tolerance=tolerance or TOLERANCE)
+    return judge_columns(table, SAW, folder, tolerance=tolerance or TOLERANCE)
 
 
 TIMES = exact_table(SAW)["time"]
@@ -74,14 +74,14 @@ def other_speed() -> Columns:
 
 
 def test_a_crank_at_another_speed_is_named_with_both(tmp_path: Path) -> None:
-    study = judged(other_speed(), SAW, tmp_path, tolerance={"position": 1e-4})
+    study = judge_columns(other_speed(), SAW, tmp_path, tolerance={"position": 1e-4})
     assert [cause.kind for cause in study.causes] == ["crank speed"]
     assert "the crank turns at 41 rpm, not at 40 rpm" in study.causes[0].text
     # As fast as it should be, and late: no other speed.
     late = exact_table(SAW, crank=True)
     late |= {"time": late["time"] + 0.005}
     assert "crank speed" not in [
-        cause.kind for cause in judged(late, SAW, tmp_path, tolerance={"position": 1e-4}).causes
+        cause.kind for cause in judge_columns(late, SAW, tmp_path, tolerance={"position": 1e-4}).causes
     ]
 
 
@@ -122,7 +122,7 @@ def test_sensor_fault_is_not_claimed_when_error_remains(tmp_path: Path) -> None:
 
 def test_a_part_of_a_turn_tells_no_drift_from_a_wrong_machine(tmp_path: Path) -> None:
     table = {name: values[:45] for name, values in rod().items()}
-    assert judged(table, SAW, tmp_path, tolerance={"position": 1e-5}).causes == ()
+    assert judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-5}).causes == ()
 
 
 def test_few_rows_have_no_outlier(tmp_path: Path) -> None:

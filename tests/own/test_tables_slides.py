@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from described import SLIDER_CRANK, tables
-from table_files import Columns, exact_table, judged
+from table_files import Columns, exact_table, judge_columns
 
 from conrod.models.tables.study import TableStudy
 from conrod.scenes import Scene, scene_named
@@ -30,7 +30,7 @@ def study_of(scene: Scene, columns: tuple[str, ...], folder: Path, noise: float 
     random = np.random.default_rng(6)
     chosen = {name: table[name] + noise * random.normal(size=len(table[name])) for name in columns}
     limit = "velocity" if columns[0].split(".")[1].startswith("v") else "position"
-    return judged({"time": table["time"], **chosen}, MEANT, folder, tolerance={limit: 1e-7})
+    return judge_columns({"time": table["time"], **chosen}, MEANT, folder, tolerance={limit: 1e-7})
 
 
 @pytest.mark.parametrize("columns", [("B.x",), ("B.x", "B.y"), POINTS, ("B.vx", "B.vy"), ("B.y", "G.y")])
@@ -71,5 +71,5 @@ def test_a_machine_without_a_slide_on_the_ground_has_none_fitted(tmp_path: Path)
     first, last = (angle / scene.speed for angle in sorted(scene.mechanism().driver.span or ()))
     table = exact_table(scene, times=np.linspace(first, last, 60))
     moved = {name: column + (1e-3 if name.endswith(".x") else 0.0) for name, column in table.items()}
-    found = judged(moved, scene, tmp_path, tolerance={"position": 1e-6})
+    found = judge_columns(moved, scene, tmp_path, tolerance={"position": 1e-6})
     assert [cause.kind for cause in found.causes] == ["frame"]

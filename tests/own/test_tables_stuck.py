@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from table_files import ROWS, Columns, exact_table, judged
+from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod.exact.motion import Array
 from conrod.models.tables.study import TableStudy
@@ -66,7 +66,7 @@ def test_a_sensor_that_stands_still_is_named_and_nothing_else(case: str, tmp_pat
     table: Columns = {name: EXACT[name] for name in ("time", *columns, *others)}
     table |= {name: change(EXACT[name]) for name in columns}
     of_velocity = any(name.endswith(".vx") for name in table) and "C.x" not in columns
-    study = judged(table, SAW, tmp_path, tolerance=VELOCITY if of_velocity else POSITION)
+    study = judge_columns(table, SAW, tmp_path, tolerance=VELOCITY if of_velocity else POSITION)
     assert [cause.kind for cause in study.causes] == ["dead sensor"]
     assert said in study.causes[0].text
     for before, after in study.causes[0].explains.values():
@@ -76,7 +76,7 @@ def test_a_sensor_that_stands_still_is_named_and_nothing_else(case: str, tmp_pat
 def test_what_else_is_wrong_is_named_beside_a_dead_sensor(tmp_path: Path) -> None:
     table = {name: EXACT[name] for name in ("time", *ALL)}
     table |= {"C.x": np.zeros_like(EXACT["C.x"]), "time": table["time"] + 0.3 * SAW.period / ROWS}
-    study = judged(table, SAW, tmp_path, tolerance=POSITION)
+    study = judge_columns(table, SAW, tmp_path, tolerance=POSITION)
     assert [cause.kind for cause in study.causes] == ["dead sensor", "time offset"]
     assert "(0.3 of a step) earlier" in study.causes[1].text
 
@@ -91,14 +91,14 @@ def test_dwell_or_few_digits_are_no_dead_sensor(name: str, tmp_path: Path) -> No
     table = exact_table(scene, rows=360)
     # Late, so that the dwell lies elsewhere; in mm; and in three digits.
     late = table | {"time": table["time"] + 0.01 * scene.period}
-    assert kinds(judged(late, scene, tmp_path, tolerance=POSITION)) == ["time offset"]
+    assert kinds(judge_columns(late, scene, tmp_path, tolerance=POSITION)) == ["time offset"]
     large = {column: 1e3 * values if "." in column else values for column, values in table.items()}
-    assert kinds(judged(large, scene, tmp_path, tolerance=POSITION)) == ["length unit"]
+    assert kinds(judge_columns(large, scene, tmp_path, tolerance=POSITION)) == ["length unit"]
     coarse = {column: np.round(values, 3) if "." in column else values for column, values in table.items()}
-    assert "dead sensor" not in kinds(judged(coarse, scene, tmp_path, tolerance={"position": 1e-6}))
+    assert "dead sensor" not in kinds(judge_columns(coarse, scene, tmp_path, tolerance={"position": 1e-6}))
     noisy = {column: values + 1e-3 * np.random.default_rng(2).normal(size=len(values)) if "." in column else values
              for column, values in table.items()}  # fmt: skip
-    assert "dead sensor" not in kinds(judged(noisy, scene, tmp_path, tolerance={"position": 1e-6}))
+    assert "dead sensor" not in kinds(judge_columns(noisy, scene, tmp_path, tolerance={"position": 1e-6}))
 
 
 def test_the_dwell_of_one_pass_is_no_dead_sensor(tmp_path: Path) -> None:
@@ -106,11 +106,11 @@ def test_the_dwell_of_one_pass_is_no_dead_sensor(tmp_path: Path) -> None:
     first, last = (angle / scene.speed for angle in scene.mechanism().driver.span or ())
     table = exact_table(scene, times=np.linspace(0.95 * first, 0.9 * last, 300))
     late = table | {"time": table["time"] + 0.01 * (last - first)}
-    assert kinds(judged(late, scene, tmp_path, tolerance=POSITION)) == []
-    assert judged(table, scene, tmp_path, tolerance=POSITION).passed is True
+    assert kinds(judge_columns(late, scene, tmp_path, tolerance=POSITION)) == []
+    assert judge_columns(table, scene, tmp_path, tolerance=POSITION).passed is True
 
 
 def test_too_few_rows_of_zeros_show_no_slip(tmp_path: Path) -> None:
     # Swapped, zeros would be the y of a slider along x: that stands still whatever it is.
     table = {"time": EXACT["time"][:4], "C.x": np.zeros(4)}
-    assert kinds(judged(table, SAW, tmp_path, tolerance=POSITION)) == []
+    assert kinds(judge_columns(table, SAW, tmp_path, tolerance=POSITION)) == []

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 from command_line import conrod
-from own_model_edits import FILES, HACKSAW, POINTS, ROD_END, TEXTS, judged, question, replaced, settled
+from own_model_edits import FILES, HACKSAW, POINTS, ROD_END, TEXTS, judge_text, question, replace_once, replace_settings
 
 from conrod import MuJoCoSettings, compare, run
 from conrod.comparison.trajectory import Outcome
@@ -38,7 +38,7 @@ def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_looking_at_a_run_changes_no_bit_of_it() -> None:
-    text = settled(SAW, '<option timestep="0.002" integrator="RK4"/>')
+    text = replace_settings(SAW, '<option timestep="0.002" integrator="RK4"/>')
     model = mujoco.MjModel.from_xml_string(text)
     plain, looked_at, aside = (mujoco.MjData(model) for _ in range(3))
     for data in (plain, looked_at):
@@ -53,7 +53,7 @@ def test_looking_at_a_run_changes_no_bit_of_it() -> None:
 
 
 def test_own_file_is_as_accurate_as_its_preset(tmp_path: Path) -> None:
-    study = judged(tmp_path, "saw", SAW, turns=2.0)
+    study = judge_text(tmp_path, "saw", SAW, turns=2.0)
     assert study.passed
     for label in ("tuned", "hardened"):
         settings = getattr(MuJoCoSettings, label)(SCENE, 1000)
@@ -66,12 +66,12 @@ def test_own_file_is_as_accurate_as_its_preset(tmp_path: Path) -> None:
 
 
 def test_stock_model_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
-    text = settled(SAW, STOCK)
+    text = replace_settings(SAW, STOCK)
     # From its keyframe, with rates, nothing keeps it at its speed.
-    released = judged(tmp_path, "saw", text)
+    released = judge_text(tmp_path, "saw", text)
     assert released.strays
     assert not released.passed
-    study = judged(tmp_path, "saw", text, keyframe="qpos0")
+    study = judge_text(tmp_path, "saw", text, keyframe="qpos0")
     assert study.is_machine
     assert not study.has_start
     assert study.passed
@@ -81,15 +81,15 @@ def test_stock_model_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
     assert own_error > 1e-4
     assert 1e-5 > tuned > 1e-8 > hardened > 0.0
     # What was asked for is judged on these settings.
-    asked = judged(tmp_path, "saw", text, tolerance={"velocity": 1e-6}, keyframe="qpos0")
+    asked = judge_text(tmp_path, "saw", text, tolerance={"velocity": 1e-6}, keyframe="qpos0")
     assert not asked.passed
     assert set(asked.exceeded_limits()) == {"velocity"}
     assert "out of tolerance: velocity" in words.verdict(asked)
 
 
 def test_a_length_that_is_off_is_not_held_against_the_settings(tmp_path: Path) -> None:
-    text = replaced(SAW, ROD_END, 'name="slider-pin.rod" pos="0.303 0 0"')
-    study = judged(tmp_path, "saw", text, points=("C",))
+    text = replace_once(SAW, ROD_END, 'name="slider-pin.rod" pos="0.303 0 0"')
+    study = judge_text(tmp_path, "saw", text, points=("C",))
     assert not study.passed
     assert 0.0 < (study.runs["hardened"].worst("position") or 0.0) < 1e-9
     assert "rod is 1 % too long: 303 mm instead of 300 mm" in words.verdict(study)
@@ -122,7 +122,7 @@ def on_the_other_branch(run: LoopRecording) -> LoopRecording:
     (lambda run: replace(run, outcome=Outcome.DIVERGED, reason="not finite"), Outcome.DIVERGED),
 ], ids=["as-it-is", "exploded", "opened", "flipped", "diverged"])  # fmt: skip
 def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: object, outcome: Outcome) -> None:
-    study = judged(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
+    study = judge_text(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
     own = study.own
     assert own.outcome is outcome
     assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
@@ -145,7 +145,7 @@ def mirrored_at(sample: int, first: float) -> Callable[[LoopRecording], LoopReco
 @pytest.mark.parametrize(("first", "starts"), [(0.0, ""), (0.005, ""), (0.1, "it starts so, and is ")])
 def test_flipped_run_is_told_with_its_angle_and_its_start(first: float, starts: str, tmp_path: Path) -> None:
     # 1000 steps of a turn: sample 123 is at 44.28 deg. The joints may open by 0.05 of 0.211 m.
-    own = judged(tmp_path, "saw", SAW, points=("C",), spoil=mirrored_at(123, first)).own
+    own = judge_text(tmp_path, "saw", SAW, points=("C",), spoil=mirrored_at(123, first)).own
     assert own.outcome is Outcome.FLIPPED
     assert own.reason.startswith(f"on another branch with crank at 44.28 deg, {starts}up to ")
 
@@ -161,7 +161,7 @@ def test_run_has_exploded_when_far_from_where_it_starts(
         point[0, -1] = point[0, 0] + [way * sizes * SCENE.kinematics.size, 0.0, 0.0]
         return replace(run, points={"M": point})
 
-    own = judged(tmp_path, "saw", SAW, points=("M",), spoil=thrown).own
+    own = judge_text(tmp_path, "saw", SAW, points=("M",), spoil=thrown).own
     assert (own.outcome is Outcome.EXPLODED) is exploded
     assert own.reason.startswith("beyond 10 sizes of the mechanism from 1.5 s on") is exploded
 
@@ -195,8 +195,8 @@ def test_driven_run_has_a_contacts_settings_when_one_is_asked(
 )
 @pytest.mark.parametrize("tolerance", [None, {"position": 1e-4}])
 def test_a_wrong_clock_is_out_of_tolerance(tmp_path: Path, clock: Any, tolerance: dict[str, float] | None) -> None:
-    assert judged(tmp_path, "saw", SAW, points=("C",), tolerance=tolerance).passed
-    study = judged(
+    assert judge_text(tmp_path, "saw", SAW, points=("C",), tolerance=tolerance).passed
+    study = judge_text(
         tmp_path, "saw", SAW, points=("C",), tolerance=tolerance, spoil=lambda run: replace(run, times=clock(run))
     )
     assert not study.passed
@@ -213,9 +213,9 @@ MOTOR = '<actuator><velocity name="motor" kv="{}" joint="crank"/></actuator></mu
 
 def servo_at(tmp_path: Path, speed: float, kv: float = 30.0, tolerance: float = 1e-4) -> ModelStudy:
     """The saw with a velocity servo on its crank in place of the flywheel."""
-    text = replaced(replaced(SAW, ' armature="1e+14"', ""), 'autoreset="disable"', 'autoreset="enable"')
-    text, controls = replaced(text, "</mujoco>", MOTOR.format(kv)), (("motor", speed),) if speed else ()
-    return judged(tmp_path, "saw", text, points=("C",), tolerance={"position": tolerance}, controls=controls)
+    text = replace_once(replace_once(SAW, ' armature="1e+14"', ""), 'autoreset="disable"', 'autoreset="enable"')
+    text, controls = replace_once(text, "</mujoco>", MOTOR.format(kv)), (("motor", speed),) if speed else ()
+    return judge_text(tmp_path, "saw", text, points=("C",), tolerance={"position": tolerance}, controls=controls)
 
 
 @pytest.mark.usefixtures("no_presets")
@@ -256,7 +256,7 @@ def test_servo_passes_by_its_own_run_when_it_follows_command(tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_the_cam_by_contact_is_driven_too(tmp_path: Path) -> None:
-    study = judged(tmp_path, "cam", TEXTS["cam"])
+    study = judge_text(tmp_path, "cam", TEXTS["cam"])
     assert 0.0 < (study.own.worst("position") or 0.0) < 3e-6
     assert study.passed
 
@@ -291,7 +291,7 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
 @pytest.mark.usefixtures("at_once")
 def test_wrong_model_has_exit_status_1_and_names_the_length(tmp_path: Path) -> None:
     file = tmp_path / "saw.xml"
-    file.write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"'))
+    file.write_text(replace_once(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.30003 0 0"'))
     asked = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--revolutions", 1)
     status, told = check_file(file, *asked)
     assert status == 1

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from own_model_edits import TEXTS, judged, question, replaced, scanned, settled
+from own_model_edits import TEXTS, judge_text, question, replace_once, replace_settings, scan_text
 
 from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import Array
@@ -52,7 +52,7 @@ def other_branch() -> Array:
 
 
 def judged_saw(folder: Path, text: str, tolerance: dict[str, float] | None = None, **asked: object) -> ModelStudy:
-    return judged(folder, "saw", text, turns=2.0, tolerance=tolerance, **asked)
+    return judge_text(folder, "saw", text, turns=2.0, tolerance=tolerance, **asked)
 
 
 # -- starts and speeds that are wrong ----------------------------------------------------------------------------------
@@ -124,7 +124,7 @@ def test_open_keyframe_is_wrong_by_the_snap_to_a_closed_pose(tmp_path: Path) -> 
 
 def exact_start(folder: Path, crank: float) -> tuple[Array, Array]:
     """Exact coordinates and rates of the saw at a crank angle [rad]."""
-    _, turning, _ = scanned(folder, SAW, question("saw"))
+    _, turning, _ = scan_text(folder, SAW, question("saw"))
     coordinates, rates = turning.state(crank)
     return coordinates, SCENE.speed * rates
 
@@ -154,14 +154,14 @@ def test_undriven_model_is_judged_by_conrods_drive(tmp_path: Path) -> None:
     assert "Its own run is not judged: nothing drives it, from its own pose with no rates and no actuator" in verdict
     assert "it does not turn by itself" in verdict
     # Its loops are open there all the same, where they are.
-    opened = replaced(
+    opened = replace_once(
         without_keyframe(), 'pos="0.1861817604250837 -0.09 0"', 'pos="0.1861817604250837 -0.09 0" euler="0 0 0.3"'
     )
     assert not judged_saw(tmp_path, opened, ALLOWED).passed
 
 
 def test_a_free_machine_with_rates_does_not_keep_its_speed(tmp_path: Path) -> None:
-    free = settled(SAW, '<option timestep="0.0005" integrator="RK4"/>')
+    free = replace_settings(SAW, '<option timestep="0.0005" integrator="RK4"/>')
     study = judged_saw(tmp_path, free)
     assert study.strays
     assert "strays from the 40 rpm of the scene" in words.verdict(study)
@@ -208,7 +208,7 @@ def test_a_run_whose_loops_stay_open_is_opened(first: float, last: float, outcom
         gaps[0] = first
         return replace(run, violations={"slider-pin": gaps})
 
-    study = judged(tmp_path, "saw", SAW, tolerance=ALLOWED, spoil=with_gaps)
+    study = judge_text(tmp_path, "saw", SAW, tolerance=ALLOWED, spoil=with_gaps)
     assert study.own.outcome is outcome
     assert not study.passed  # a run that snaps shut was open all the same
 
@@ -219,7 +219,7 @@ SOFT_WELD = '<weld name="fast" body1="foot" solref="0.012 1"/></equality>'  # sa
 
 def test_a_weld_that_the_crank_does_not_move_is_not_judged(tmp_path: Path) -> None:
     unstarted = re.sub(r"(?s)<keyframe>.*</keyframe>", "", SAW)
-    foot = replaced(replaced(unstarted, "</worldbody>", FOOT), "</equality>", SOFT_WELD)
+    foot = replace_once(replace_once(unstarted, "</worldbody>", FOOT), "</equality>", SOFT_WELD)
     study = judged_saw(tmp_path, foot, ALLOWED)
     assert study.passed
     assert study.own.opening < 1e-5
@@ -241,8 +241,8 @@ def test_a_tendons_limit_keeps_a_model_from_its_turn(tmp_path: Path) -> None:
     held = "limits keep it from its turn: tendon t is held to -0.1 to 9, needs -0.203541 to 0.00756977"
     assert held in words.verdict(study)
     for off in (
-        replaced(text, 'range="-0.1 9"', 'range="-0.3 9"'),
-        replaced(text, 'contact="disable"', 'contact="disable" limit="disable"'),
+        replace_once(text, 'range="-0.1 9"', 'range="-0.3 9"'),
+        replace_once(text, 'contact="disable"', 'contact="disable" limit="disable"'),
     ):
         assert judged_saw(tmp_path, off, {"position": 1e-3}).passed
 
@@ -255,7 +255,7 @@ def test_contacts_pass_as_far_as_they_keep_to_the_tolerance(tmp_path: Path) -> N
 
 def test_verdict_names_loops_not_judged_by_a_point_on_the_crank(tmp_path: Path) -> None:
     press = TEXTS["press"]
-    study = judged(tmp_path, "press", press, tolerance=ALLOWED)
+    study = judge_text(tmp_path, "press", press, tolerance=ALLOWED)
     assert study.model.rigid == ()
     rigid = replace(study, model=replace(study.model, rigid=study.points))
     assert f"Not judged: what moves by its loops: {', '.join(study.points)} are rigid with the crank" in words.verdict(

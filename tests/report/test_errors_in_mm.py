@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from handmade import handmade_sweep
-from table_files import exact_table, judged
+from table_files import exact_table, judge_columns
 
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.case import MEASURES
@@ -77,7 +77,7 @@ def of_own_table(name: str) -> Iterator[Table]:
     """The exact motion in a table, moved by `OFF` along x."""
     columns = {n: v + OFF * n.endswith(".x") for n, v in exact_table(SCENES[name]).items()}
     with TemporaryDirectory() as folder:
-        study = judged(columns, SCENES[name], Path(folder))
+        study = judge_columns(columns, SCENES[name], Path(folder))
     yield trajectory.errors_table(study)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import conrod
-from table_files import read
+from table_files import read_file
 
 from conrod import InvalidInput
 from conrod.execution.resolve_arguments import mechanism_file_bytes
@@ -78,7 +78,7 @@ def test_pack_gives_its_scene_back_and_an_exact_trajectory(name: str, tmp_path: 
     assert judge == given != usual
     assert judge.mechanism() == given.mechanism()
     file = "trajectory.csv"
-    study = study_table(file, name, judge, read(pack / file, judge))
+    study = study_table(file, name, judge, read_file(pack / file, judge))
     assert name == PASS or study.revolutions == pytest.approx(2.0, abs=1e-12)
     assert not [note for note in study.notes if "spans less" in note]
     for quantity in ("total", "position", "velocity", "acceleration"):
@@ -86,7 +86,7 @@ def test_pack_gives_its_scene_back_and_an_exact_trajectory(name: str, tmp_path: 
         assert (study.largest(quantity) or 0.0) < bound
     # Negative control: against the machine that ships it is off, where the motion is another one.
     if name != "saw-500rpm":
-        other = study_table(file, name, usual, read(pack / file, usual))
+        other = study_table(file, name, usual, read_file(pack / file, usual))
         assert (other.largest("total") or 0.0) > 1e-3
 
 
@@ -150,7 +150,7 @@ def test_a_pack_that_cannot_be_written_writes_nothing(arguments: tuple[str, ...]
 def test_the_clock_of_a_pass_counts_from_crank_angle_zero(tmp_path: Path) -> None:
     scene = catalogue_scene(PASS)
     pack = write_pack(PASS, scene, tmp_path)
-    reading = read(pack / "trajectory.csv", scene)
+    reading = read_file(pack / "trajectory.csv", scene)
     values = reading.values
     assert values["time"][0] == pytest.approx(scene.kinematics.span[0] / scene.speed, abs=1e-15)
     np.testing.assert_allclose(values["crank_angle"], scene.speed * values["time"], atol=1e-14)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from command_line import conrod, refusal
 from encoder_table import encoder_table
-from own_model_edits import ROD_END, TEXTS, replaced
+from own_model_edits import ROD_END, TEXTS, replace_once
 
 from conrod.comparison.convergence import numerical_uncertainty
 from conrod.models.check.references import SENSITIVITY_ANGLES, sensitivities, uncertainty_shares
@@ -205,7 +205,7 @@ def test_wrong_rod_is_a_deviation_with_its_effect_on_a_point(tmp_path: Path, mon
     monkeypatch.setattr("conrod.models.check.study.LABELS", ("as it is",))
     monkeypatch.setattr("conrod.models.check.study.STEP_REFINEMENTS", ())
     monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
-    (tmp_path / "saw.xml").write_text(replaced(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
+    (tmp_path / "saw.xml").write_text(replace_once(TEXTS["saw"], ROD_END, 'name="slider-pin.rod" pos="0.3003 0 0"'))
     given = ("--scene", "saw-40rpm", "--crank", "crank", "--point", "C=site:C", "--revolutions", "1")
     done = conrod("check", str(tmp_path / "saw.xml"), *given, "--verification", str(tmp_path / "r.html"))
     assert done.returncode == 1

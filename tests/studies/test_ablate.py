@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from cell_tasks import pursued
+from cell_tasks import answer_study
 
 from conrod import InvalidInput, MuJoCoSettings
 from conrod.comparison.plain_values import plain_values
@@ -130,7 +130,7 @@ def test_each_planted_ingredient_is_seen_for_what_it_does(monkeypatch: pytest.Mo
         cases.append(case)
         return answer(case)
 
-    found = pursued(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), noting)
+    found = answer_study(ablate_engine(SCENE, SAW, engine_named("mujoco"), STEPS, 2), noting)
     assert (found.engine, found.version) == ("mujoco", engine_named("mujoco").version)
     assert (found.steps_per_revolution, found.revolutions, found.distrust) == (STEPS, 2.0, "")
     assert found.machine == machine_fingerprint()

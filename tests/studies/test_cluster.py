@@ -12,7 +12,7 @@ from typing import Any
 
 import cell_tasks as tasks
 import pytest
-from cell_tasks import After
+from cell_tasks import ActingWatcher
 
 from conrod import InvalidInput
 from conrod.execution import cluster as dask_cluster
@@ -35,7 +35,7 @@ def cluster(tmp_path: Path) -> Iterator[Any]:
 def test_table_equals_the_local_one_when_one_worker_is_killed(cluster: Any, tmp_path: Path) -> None:
     cells = tasks.cells(40)
     killed, lives = (worker.pid for worker in cluster.workers.values())
-    killer = After(10, lambda: os.kill(killed, signal.SIGKILL))
+    killer = ActingWatcher(10, lambda: os.kill(killed, signal.SIGKILL))
     with (
         Ledger.open(tmp_path / "cluster") as ledger,
         DaskCluster(cluster.scheduler_address, timeout=60.0) as executor,
@@ -61,7 +61,7 @@ def test_outcomes_on_the_cluster_are_those_of_this_machine(cluster: Any, ledger:
 def test_cell_that_kills_workers_crashes_alone(cluster: Any, ledger: Ledger) -> None:
     cells = tasks.cells(12)
     with DaskCluster(cluster.scheduler_address) as executor:
-        table = run_cases(tasks.assigned(cells, tasks.kill_dask_worker), ledger, executor)
+        table = run_cases(tasks.substitute_task(cells, tasks.kill_dask_worker), ledger, executor)
     crashed = [tasks.number(cell) for cell in cells if table[cell.key].outcome == "crashed"]
     assert crashed == [tasks.CRASHES]
     assert "workers of the cluster died" in table[cells[tasks.CRASHES].key].reason

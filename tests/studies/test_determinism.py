@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 from catalogue import SAW
-from cell_tasks import pursued
+from cell_tasks import answer_study
 
 from conrod.scenes import SCENES
 from conrod.studies.limits.case import LimitCase, Setup
@@ -24,7 +24,7 @@ from conrod.studies.limits.stream_run import stream_run
 
 
 def found(case: Setup, task: RunFunction = stream_run) -> Determinism:
-    return pursued(determinism_search(case), lambda cell: run_repeatedly(cell, task))
+    return answer_study(determinism_search(case), lambda cell: run_repeatedly(cell, task))
 
 
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "hardened"), ("pymunk", "tuned")])

@@ -16,7 +16,7 @@ from typing import Any
 
 import cell_tasks as tasks
 import pytest
-from cell_tasks import AGAIN, After, Here
+from cell_tasks import AGAIN, ActingWatcher, InProcessExecutor
 
 from conrod import InvalidInput
 from conrod.comparison.trajectory import Outcome
@@ -30,12 +30,12 @@ CELLS = tasks.cells(30)
 
 
 def test_a_cell_runs_once_however_often_it_is_asked_for(ledger: Ledger) -> None:
-    here = Here()
-    table = run_cases(tasks.assigned([*CELLS[:3], *CELLS[:4]], tasks.echo), ledger, here)
+    here = InProcessExecutor()
+    table = run_cases(tasks.substitute_task([*CELLS[:3], *CELLS[:4]], tasks.echo), ledger, here)
     assert sorted(here.ran) == [0, 1, 2, 3]
     assert [int(m.reason) for m in table.values()] == [0, 1, 2, 3]
-    again = Here()
-    more = run_cases(tasks.assigned(CELLS[:5], tasks.echo), ledger, again)
+    again = InProcessExecutor()
+    more = run_cases(tasks.substitute_task(CELLS[:5], tasks.echo), ledger, again)
     assert more == table | ledger.results({CELLS[4].key: CELLS[4]})
     assert again.ran == [4]
 
@@ -48,8 +48,8 @@ def test_cell_stopped_at_a_limit_runs_again_when_limit_grows(
         raise error("no result after 3 s")
 
     def again(timeout: float | None, memory: int | None) -> list[int]:
-        here = Here(CallLimits(timeout, memory))
-        table = run_cases(tasks.assigned(CELLS[:1], stopped), ledger, here)
+        here = InProcessExecutor(CallLimits(timeout, memory))
+        table = run_cases(tasks.substitute_task(CELLS[:1], stopped), ledger, here)
         assert [m.outcome for m in table.values()] == [outcome]
         return here.ran
 
@@ -57,9 +57,11 @@ def test_cell_stopped_at_a_limit_runs_again_when_limit_grows(
     assert again(3.0, 1000) == []
     assert again(2.0, 900) == []
     assert again(4.0, 2000) == [0]
-    done = Here(CallLimits(5.0, 3000))
-    assert [m.outcome for m in run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done).values()] == ["completed"]
-    run_cases(tasks.assigned(CELLS[:1], tasks.echo), ledger, done)
+    done = InProcessExecutor(CallLimits(5.0, 3000))
+    assert [m.outcome for m in run_cases(tasks.substitute_task(CELLS[:1], tasks.echo), ledger, done).values()] == [
+        "completed"
+    ]
+    run_cases(tasks.substitute_task(CELLS[:1], tasks.echo), ledger, done)
     assert done.ran == [0]
 
 
@@ -73,7 +75,7 @@ def test_each_fault_costs_its_own_cell_alone(ledger: Ledger) -> None:
 
 def test_workers_are_used_again_until_one_dies(ledger: Ledger, monkeypatch: pytest.MonkeyPatch) -> None:
     with LocalProcesses(2) as executor:
-        table = run_cases(tasks.assigned(CELLS, tasks.count_processes), ledger, executor)
+        table = run_cases(tasks.substitute_task(CELLS, tasks.count_processes), ledger, executor)
         workers = {int(m.reason) for m in table.values()}
         assert len(workers) <= 2
         assert os.getpid() not in workers
@@ -83,14 +85,16 @@ def test_workers_are_used_again_until_one_dies(ledger: Ledger, monkeypatch: pyte
         # which seemed to be alive when it was taken.
         seemed, ready = [False, True] * len(workers), WorkerProcess.ready.fget
         monkeypatch.setattr(WorkerProcess, "ready", property(lambda one: seemed.pop() if seemed else ready(one)))
-        (found,) = run_cases(tasks.assigned(CELLS[:1], tasks.count_processes), ledger, executor, fresh=True).values()
+        (found,) = run_cases(
+            tasks.substitute_task(CELLS[:1], tasks.count_processes), ledger, executor, fresh=True
+        ).values()
         assert found.outcome == "completed"
         assert int(found.reason) not in workers
 
 
 def test_invalid_cell_raises_and_finished_cells_are_kept(ledger: Ledger) -> None:
     with LocalProcesses(2) as executor, pytest.raises(InvalidInput, match="cannot be run"):
-        run_cases(tasks.assigned(CELLS, tasks.refuse), ledger, executor)
+        run_cases(tasks.substitute_task(CELLS, tasks.refuse), ledger, executor)
     kept = ledger.results({cell.key: cell for cell in CELLS})
     assert all(m.outcome == "completed" for m in kept.values())
     assert CELLS[tasks.CRASHES].key not in kept
@@ -114,14 +118,14 @@ def interrupt() -> None:
 
 
 def test_interrupt_keeps_finished_cells_for_the_next_call(ledger: Ledger) -> None:
-    watcher = After(5, interrupt)
+    watcher = ActingWatcher(5, interrupt)
     with pytest.raises(KeyboardInterrupt), LocalProcesses(2) as executor:
-        run_cases(tasks.assigned(CELLS, tasks.echo), ledger, executor, watcher=watcher)
+        run_cases(tasks.substitute_task(CELLS, tasks.echo), ledger, executor, watcher=watcher)
     kept = ledger.results({cell.key: cell for cell in CELLS})
     assert {tasks.number(c) for c in CELLS if c.key in kept} == set(watcher.seen)
     assert 5 <= len(kept) < 30
-    rest = Here()
-    table = run_cases(tasks.assigned(CELLS, tasks.echo), ledger, rest)
+    rest = InProcessExecutor()
+    table = run_cases(tasks.substitute_task(CELLS, tasks.echo), ledger, rest)
     assert len(rest.ran) == 30 - len(kept)
     assert [int(m.reason) for m in table.values()] == list(range(30))
 
@@ -129,11 +133,11 @@ def test_interrupt_keeps_finished_cells_for_the_next_call(ledger: Ledger) -> Non
 def test_table_equals_undisturbed_one_after_a_kill_at_any_moment(tmp_path: Path) -> None:
     count, cells = 40, tasks.cells(40)
     with Ledger.open(tmp_path / "undisturbed") as ledger:
-        undisturbed = run_cases(cells, ledger, Here())
+        undisturbed = run_cases(cells, ledger, InProcessExecutor())
         rows = list(ledger.rows())
     kept_before = 0
     for after in (3, 12):
-        with tasks.running(tmp_path / "killed", count) as running:
+        with tasks.cells_in_process(tmp_path / "killed", count) as running:
             assert len(list(islice(running.stdout, after))) == after
         with Ledger.open(tmp_path / "killed") as ledger:
             kept = len(ledger.finished_keys(cell.key for cell in cells))
@@ -155,7 +159,7 @@ def children(process: int) -> list[int]:
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="needs /proc to see the processes")
 def test_workers_end_with_a_killed_caller_even_when_they_hang(tmp_path: Path) -> None:
-    with tasks.running(tmp_path / "ledger", 8, "misbehave") as running:
+    with tasks.cells_in_process(tmp_path / "ledger", 8, "misbehave") as running:
         assert running.stdout.readline()
         workers = children(running.pid)
         assert workers
@@ -171,9 +175,9 @@ def test_workers_end_with_a_killed_caller_even_when_they_hang(tmp_path: Path) ->
 def test_cell_is_repeated_alone_when_its_worker_is_killed(ledger: Ledger, tmp_path: Path) -> None:
     folder = tmp_path / "attempts"
     folder.mkdir()
-    cells = tasks.kept_in(folder, tasks.cells(12))
+    cells = tasks.name_by_folder(folder, tasks.cells(12))
     with LocalProcesses(3, timeout=60.0) as executor:
-        table = run_cases(tasks.assigned(cells, tasks.killed_once), ledger, executor)
+        table = run_cases(tasks.substitute_task(cells, tasks.die_at_first_attempt), ledger, executor)
     assert {(m.outcome, m.reason) for m in table.values()} == {("completed", str(k)) for k in range(12)}
     attempts = [(int(file.name.split("-")[0]), *map(float, file.read_text().split())) for file in folder.iterdir()]
     spans = {number: span for number, *span in attempts if span[1] < math.inf}
@@ -208,7 +212,7 @@ COUNT, CLAIMED = 24, 4  # of them, by a process of one job whose runs take long
 def sharing(folder: Path, own: str, others: str, **environment: str) -> Any:
     """A process that runs all cells on the ledger of a folder, from when another one does, too."""
     notes = {"CONROD_STARTS": str(folder / own), "CONROD_OTHER_STARTS": str(folder / others)}
-    return tasks.running(folder / "ledger", COUNT, "noted", 1, **notes, **environment)
+    return tasks.cells_in_process(folder / "ledger", COUNT, "note_start", 1, **notes, **environment)
 
 
 def starts(folder: Path) -> Counter[int]:

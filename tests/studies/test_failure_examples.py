@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from catalogue import CAM, PRESS, SAW
-from cell_tasks import unchecked
+from cell_tasks import unchecked_settings
 
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
@@ -47,7 +47,7 @@ class Example:
         settings: Any = engine_named(self.engine).presets[self.preset](self.scene, self.steps)
         if self.changes or self.unchecked:
             settings = replace(settings, preset="custom", **self.changes)
-        return LimitCase(self.name, self.scene, unchecked(settings, **self.unchecked), self.revolutions)
+        return LimitCase(self.name, self.scene, unchecked_settings(settings, **self.unchecked), self.revolutions)
 
     def end(self) -> Any:
         """How it ends."""
@@ -100,7 +100,7 @@ EXAMPLES: tuple[Example, ...] = (
     ),
     Example(
         Outcome.CRASHED, "an engine's own assertion", "saw-500rpm", FAST_SAW, "pymunk", "tuned", 100,
-        unchecked={"iterations": 0},
+        unchecked_settings={"iterations": 0},
         limits={"timeout": 60.0},
     ),
     Example(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cell_tasks import pursued
+from cell_tasks import answer_study
 
 from conrod import MuJoCoSettings, PymunkSettings
 from conrod.exact.motion import Array
@@ -41,7 +41,7 @@ def found_with(force: float = 1.0) -> FollowerFloat:
         flights = (Flight(1.0, 1.0 + length),)
         return LimitResult(samples=1, penetration=PENETRATION, flights=flights)
 
-    return pursued(onset_search(case()), flown)
+    return answer_study(onset_search(case()), flown)
 
 
 def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
@@ -81,7 +81,7 @@ def test_engines_fly_as_far_as_the_exact_parabola(engine: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("engine", "preset"), [("mujoco", "tuned"), ("pymunk", "tuned"), ("pymunk", "stock")])
 def test_onset_is_within_two_per_cent_of_theory(engine: str, preset: str) -> None:
-    assert pursued(onset_search(case(engine, preset))).onset == pytest.approx(1.0, abs=ONSET_TOLERANCE)
+    assert answer_study(onset_search(case(engine, preset))).onset == pytest.approx(1.0, abs=ONSET_TOLERANCE)
 
 
 STEP = 1e-3  # [rad]

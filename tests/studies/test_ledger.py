@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cell_tasks import Here, assigned, cells
+from cell_tasks import InProcessExecutor, cells, substitute_task
 from command_line import conrod
 
 from conrod import InvalidInput
@@ -127,9 +127,9 @@ def test_an_older_ledger_is_emptied_once_and_its_runs_made_again(whole: Path, tm
     watcher = Watcher()
     watcher.on_emptied = emptied.append  # type: ignore[method-assign]
     for ran in (len(FEW), 0):
-        with Ledger.open(path) as ledger, Here() as seen:
+        with Ledger.open(path) as ledger, InProcessExecutor() as seen:
             assert ledger.timings(KEYS, TIMING.machine) == {}
-            assert run_cases(assigned(FEW, recalled), ledger, seen, watcher=watcher) == RESULTS
+            assert run_cases(substitute_task(FEW, recalled), ledger, seen, watcher=watcher) == RESULTS
             assert len(seen.cases) == ran
     assert emptied == [len(FEW)]
 
@@ -192,10 +192,10 @@ def recalled(case: RunCase) -> RunResult:
 
 def resumed(path: Path) -> list[str]:
     """Keys of what a resume over all cells runs, whose results must be what they were; the rows of the ledger too."""
-    with Ledger.open(path) as ledger, Here() as seen:
+    with Ledger.open(path) as ledger, InProcessExecutor() as seen:
         before = list(ledger.rows())
         assert len(before) + ledger.damaged <= len(FEW) + 1
-        assert run_cases(assigned(FEW, recalled), ledger, seen) == RESULTS
+        assert run_cases(substitute_task(FEW, recalled), ledger, seen) == RESULTS
         ledger.timings(KEYS, TIMING.machine)
     return [case.key for case in seen.cases]
 

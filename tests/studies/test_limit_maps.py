@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from cell_tasks import pursued
+from cell_tasks import answer_study
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,7 +28,7 @@ def test_a_real_map_is_safe_at_many_steps_and_fails_at_few() -> None:
     steps, _ = maps.grid_values(case, "mass-ratio", (65, 33))
     assert (steps[0], steps[-1]) == (1000.0, 4.0)
     assert all(value == round(value) for value in steps)
-    found = pursued(maps.map_search(case, "mass-ratio", (3, 3), 1))
+    found = answer_study(maps.map_search(case, "mass-ratio", (3, 3), 1))
     assert [found.run_by_node[0, j].level for j in range(3)] == ["safe"] * 3
     assert [maps.map_class(found.run_by_node[2, j].level) for j in range(3)] == ["failed"] * 3
     assert all(run.error is not None for run in found.runs if run.level == "safe")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from catalogue import CAM, PRESS, SAW
-from synthetic import completed
+from synthetic import completed_result
 
 from conrod import InvalidInput
 from conrod.engines import engine_named
@@ -262,7 +262,7 @@ def test_plan_has_a_search_for_each_axis_and_its_findings() -> None:
 
     def run(cases: list[Any]) -> dict[str, RunResult]:
         seen.extend(cases)
-        return {case.key: completed(1e-5, LimitResult, samples=1) for case in cases}
+        return {case.key: completed_result(1e-5, LimitResult, samples=1) for case in cases}
 
     steps, mass = pursue_plans(plans, run)
     assert [(walk.axis, walk.scene, walk.engine, walk.preset) for walk in steps.walks] == [
@@ -279,7 +279,7 @@ def test_plan_has_a_search_for_each_axis_and_its_findings() -> None:
 
 def test_walks_are_reported_in_the_order_of_the_axes() -> None:
     def run(cases: list[Any]) -> dict[str, RunResult]:
-        return {case.key: completed(1e-5, LimitResult, samples=1) for case in cases}
+        return {case.key: completed_result(1e-5, LimitResult, samples=1) for case in cases}
 
     asked = ["steps", "iterations", "mass-ratio"]
     for order in (asked, asked[::-1]):
@@ -353,7 +353,7 @@ def test_a_maps_rows_begin_where_the_axis_does() -> None:
     ("error", "level"), [(0.01, Level.SAFE), (0.0101, Level.ROUGH), (0.1, Level.ROUGH), (0.101, Level.WRONG)]
 )
 def test_a_grade_takes_in_its_own_limit(error: float, level: Level) -> None:
-    assert level_of(completed(error, LimitResult, samples=1)) is level
+    assert level_of(completed_result(error, LimitResult, samples=1)) is level
 
 
 def test_a_run_without_a_sample_is_not_undetected() -> None:

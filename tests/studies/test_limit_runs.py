@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from catalogue import CAM, SAW
-from synthetic import completed
+from synthetic import completed_result
 
 from conrod import InvalidInput
 from conrod.comparison.plain_values import plain_values
@@ -240,8 +240,8 @@ def test_failure_is_undetected_when_numbers_and_engine_are_clean(outcome: str, l
 
 
 def test_a_wrong_run_is_undetected_and_a_rough_one_is_none() -> None:
-    assert is_undetected(completed(0.11, LimitResult, samples=1))
-    assert not is_undetected(completed(0.09, LimitResult, samples=1))
+    assert is_undetected(completed_result(0.11, LimitResult, samples=1))
+    assert not is_undetected(completed_result(0.09, LimitResult, samples=1))
 
 
 def test_failed_second_process_is_the_outcome_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:

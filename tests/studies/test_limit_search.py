@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import pytest
-from cell_tasks import pursued
-from synthetic import completed
+from cell_tasks import answer_study
+from synthetic import completed_result
 
 from conrod.scenes import scene_named
 from conrod.studies.limits.axis import Axis, Scale
@@ -35,11 +35,11 @@ def answer(rule: Rule, value: float, warnings: Mapping[str, int]) -> LimitResult
     found = rule(value)
     if isinstance(found, str):
         return LimitResult(found, "made up", samples=1, warnings=warnings)
-    return completed(found, LimitResult, samples=1, warnings=warnings)
+    return completed_result(found, LimitResult, samples=1, warnings=warnings)
 
 
 def boundaries(axis: Axis, rule: Rule, **warnings: int) -> tuple[dict[str, Boundary], Walk]:
-    walk = pursued(
+    walk = answer_study(
         walk_search(axis, SETUP, axis.safe_end, axis.failing_end), lambda cell: answer(rule, cell.start_angle, warnings)
     )
     return {boundary.criterion: boundary for boundary in walk.boundaries}, walk

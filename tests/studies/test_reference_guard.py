@@ -204,22 +204,22 @@ def test_distrust_comes_first_and_fails_at_any_tolerance(monkeypatch: pytest.Mon
 
 def test_a_table_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     columns = table_files.exact_table(Saw(), ("position", "velocity"), crank=True)
-    right = table_files.judged(columns, Saw(), tmp_path, tolerance={"position": 1e-4})
+    right = table_files.judge_columns(columns, Saw(), tmp_path, tolerance={"position": 1e-4})
     assert (right.passed, right.distrust) == (True, "")
     monkeypatch.setattr(Wrong, "factors", (1.0 + 1e-6, 1.0, 1.0, 1.0))
-    wrong = table_files.judged(columns, Wrong(), tmp_path, tolerance={"position": 1e-4})
+    wrong = table_files.judge_columns(columns, Wrong(), tmp_path, tolerance={"position": 1e-4})
     assert wrong.passed is False
     assert verdict_text(wrong).startswith("CANNOT BE TRUSTED: the exact motion contradicts")
-    assert table_files.judged(columns, Wrong(), tmp_path).passed is False
+    assert table_files.judge_columns(columns, Wrong(), tmp_path).passed is False
 
 
 def test_a_model_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
-    right = own_model_edits.judged(tmp_path, "saw", own_model_edits.TEXTS["saw"])
+    right = own_model_edits.judge_text(tmp_path, "saw", own_model_edits.TEXTS["saw"])
     assert (right.passed, right.distrust) == (True, "")
     planted = {"position": {"difference": 1e-6, "allowed": 1e-12, "angle": 0.0}}
     monkeypatch.setattr("conrod.models.check.study.reference_misfit", lambda _: planted)
-    wrong = own_model_edits.judged(tmp_path, "saw", own_model_edits.TEXTS["saw"])
+    wrong = own_model_edits.judge_text(tmp_path, "saw", own_model_edits.TEXTS["saw"])
     assert wrong.passed is False
     assert user_model.verdict(wrong).startswith("CANNOT BE TRUSTED: the exact motion contradicts")
 

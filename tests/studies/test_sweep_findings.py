@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from handmade import handmade_sweep
-from synthetic import completed
+from synthetic import completed_result
 
 from conrod.comparison.convergence import observed_order
 from conrod.engines import ENGINES, engine_named
@@ -115,7 +115,7 @@ def test_steps_go_from_20_to_20000_and_share_signed_error_angles(grid: Grid, con
 
 def test_the_order_is_that_of_the_runs_that_completed() -> None:
     cases = [RunCase("saw", SAW, PymunkSettings.tuned(SAW, steps)) for steps in (20, 40, 100, 200, 400)]
-    runs = {case.key: completed(case.settings.steps_per_revolution**-2.0) for case in cases}
+    runs = {case.key: completed_result(case.settings.steps_per_revolution**-2.0) for case in cases}
     runs[cases[1].key] = RunResult("exploded")
     found = observed_orders(cases, runs)["position"]
     assert found.claimed == pytest.approx(2.0)

@@ -13,7 +13,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from synthetic import completed
+from synthetic import completed_result
 
 from conrod.engines import engine_named
 from conrod.engines.mujoco import MuJoCoSettings, compat
@@ -51,7 +51,7 @@ def measured(off: float = 0.0, outcome: str = "completed", **bits: str) -> Relea
     if outcome != "completed":
         return ReleaseResult(outcome, "planted", bits=named)
     signed = {"C": {quantity: [[off, 0.0]] for quantity in QUANTITIES}}
-    return completed(abs(off), ReleaseResult, signed=signed, bits=named)
+    return completed_result(abs(off), ReleaseResult, signed=signed, bits=named)
 
 
 SAME = measured(0.5, bodies_position="a", C_acceleration="b")

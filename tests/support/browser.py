@@ -16,7 +16,7 @@ BROWSERS, DRIVERS = ("chromium", "chromium-browser", "google-chrome"), ("chromed
 
 @contextmanager
 def browser(width: int = 1280, scripts: bool = True) -> Iterator[Any]:
-    """A browser of a width [px] that keeps a record of what it asks for; skips the test where none is installed."""
+    """A browser of a width [px] that records its requests; skips the test where none is installed."""
     webdriver = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
     program, driver = (next(filter(None, map(shutil.which, names)), None) for names in (BROWSERS, DRIVERS))
     if program is None or driver is None:
@@ -39,7 +39,7 @@ def browser(width: int = 1280, scripts: bool = True) -> Iterator[Any]:
 
 
 def open_page(page: Any, file: Path) -> Any:
-    """The browser with a file open, and nothing recorded of what was open before."""
+    """Open a file in the browser, after earlier records were cleared."""
     page.get_log("performance"), page.get_log("browser")
     page.get(file.as_uri())
     return page
@@ -53,5 +53,5 @@ def requested_addresses(page: Any) -> list[str]:
 
 
 def complaints(page: Any) -> list[str]:
-    """What the console says of errors and of what a page's policy refused."""
+    """Messages of the console on errors and on violations of the page's policy."""
     return [entry["message"] for entry in page.get_log("browser")]

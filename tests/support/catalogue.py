@@ -61,5 +61,5 @@ QUICK_CAMS = ("cam-36-72.5", "cam-36-118", "cam-66-88", "cam-76-98", "cam-76-128
 
 
 def slow_but_for_a_few(names: Iterable[str]) -> list[Any]:
-    """Parameters, those of which that are not quick are marked slow."""
+    """Parameters of a test; all but the quick ones are marked slow."""
     return [name if name in QUICK_CAMS else pytest.param(name, marks=pytest.mark.slow) for name in names]

@@ -45,8 +45,8 @@ def cells(count: int) -> list[RunCase]:
 
 
 @dataclasses.dataclass(frozen=True)
-class Assigned(Case):
-    """A case in place of which a task of a test is done; its key is that of the case."""
+class SubstitutedCase(Case):
+    """A case with its key and its result type, which performs a task of a test instead."""
 
     study: ClassVar[str] = "sweep"
 
@@ -68,22 +68,22 @@ class Assigned(Case):
         return self.case._identity(parameters)
 
 
-def assigned(cases: Sequence[RunCase], task: Callable[[Any], RunResult]) -> list[Assigned]:
-    """The cases, each with what is to be done in its place."""
-    return [Assigned(case.name, case.scene, case, task) for case in cases]
+def substitute_task(cases: Sequence[RunCase], task: Callable[[Any], RunResult]) -> list[SubstitutedCase]:
+    """Substitute a task for the run of each case."""
+    return [SubstitutedCase(case.name, case.scene, case, task) for case in cases]
 
 
 def number(cell: Any) -> int:
     return round(1e3 * getattr(cell, "case", cell).start_angle)
 
 
-def pursued(study: Study[Any], answer: Callable[[Any], RunResult] = lambda case: case.perform()) -> Any:
-    """What a study finds where its cases are answered so."""
+def answer_study(study: Study[Any], answer: Callable[[Any], RunResult] = lambda case: case.perform()) -> Any:
+    """Findings of a study whose cases are answered by a function."""
     return pursue([study], lambda cases: {case.key: answer(case) for case in cases})[0]
 
 
-def noted(cell: Any) -> RunResult:
-    """Note the start in a file that the environment names, and end when another process has started, too; or hang."""
+def note_start(cell: Any) -> RunResult:
+    """Note the start in a file that the environment names; return when another process has started, or hang."""
     own, others = (Path(os.environ[name]) for name in ("CONROD_STARTS", "CONROD_OTHER_STARTS"))
     with own.open("a", encoding="ascii") as file:
         file.write(f"{number(cell)}\n")
@@ -92,28 +92,28 @@ def noted(cell: Any) -> RunResult:
     return RunResult("completed", str(number(cell)))
 
 
-class Told(Watcher):
-    """Prints how each cell ended."""
+class EndPrinter(Watcher):
+    """Watcher that prints how each cell ended."""
 
     def on_case_end(self, case: Case, how: str) -> None:
         print(how, flush=True)
 
 
 def main(ledger: str, count: str, task: str, jobs: str) -> None:
-    """Run so many cells on a ledger, with a task in their place if it is named; prints their reasons in the end."""
+    """Run a number of cells, or a named task for each, on a ledger; print their reasons in the end."""
     if "CONROD_SELFISH" in os.environ:
         Claims.take = lambda self, name: True  # type: ignore[method-assign]
     asked: Sequence[Case] = cells(int(count))
-    asked = assigned(cells(int(count)), globals()[task]) if task else asked
+    asked = substitute_task(cells(int(count)), globals()[task]) if task else asked
     with Ledger.open(Path(ledger)) as opened, LocalProcesses(int(jobs)) as executor:
-        print([m.reason for m in run_cases(asked, opened, executor, watcher=Told()).values()])
+        print([m.reason for m in run_cases(asked, opened, executor, watcher=EndPrinter()).values()])
 
 
 @contextmanager
-def running(
+def cells_in_process(
     ledger: Path, count: int, task: str = "", jobs: int = 2, **environment: str
 ) -> Iterator[subprocess.Popen[str]]:
-    """A process of its own that does so, killed in the end."""
+    """Run `main` in a separate process, which is killed at the end of the context."""
     # Not by `python -m`: its workers have to find the tasks in a module of this name.
     code = f"import sys; sys.path.insert(0, {HERE!r}); import cell_tasks; cell_tasks.main(*sys.argv[1:])"
     asked = [sys.executable, "-c", code, str(ledger), str(count), task, str(jobs)]
@@ -124,8 +124,8 @@ def running(
             begun.kill()
 
 
-class After(Watcher):
-    """Does something after so many results, and keeps what they are of."""
+class ActingWatcher(Watcher):
+    """Watcher that calls a function after a number of results, and keeps the numbers of their cells."""
 
     def __init__(self, count: int, act: Callable[[], None]) -> None:
         self.count, self.act, self.seen = count, act, list[int]()
@@ -136,8 +136,8 @@ class After(Watcher):
             self.act()
 
 
-class Here(RetryingExecutor):
-    """Runs one after the other in this process, and keeps which cases it ran."""
+class InProcessExecutor(RetryingExecutor):
+    """Executor that makes its calls in this process one by one, and keeps their cases."""
 
     def __init__(self, limits: CallLimits | None = None) -> None:
         super().__init__(limits or CallLimits(), 64, 1)
@@ -169,7 +169,7 @@ def refuse(cell: RunCase) -> RunResult:
 
 
 def kill_dask_worker(cell: RunCase) -> RunResult:
-    """One cell kills the Dask worker that its process belongs to, as a batch system does that sees too much memory."""
+    """Kill the Dask worker of one cell, as a batch system does when memory runs out."""
     if number(cell) == CRASHES:
         os.kill(os.getppid(), signal.SIGKILL)
         time.sleep(1000.0)
@@ -177,7 +177,7 @@ def kill_dask_worker(cell: RunCase) -> RunResult:
     return echo(cell)
 
 
-def kept_in(folder: Path, cells: list[RunCase]) -> list[RunCase]:
+def name_by_folder(folder: Path, cells: list[RunCase]) -> list[RunCase]:
     """The cells, with a folder for their tasks to write to."""
     return [dataclasses.replace(cell, name=str(folder)) for cell in cells]
 
@@ -185,8 +185,8 @@ def kept_in(folder: Path, cells: list[RunCase]) -> list[RunCase]:
 KILLS = {3: signal.SIGKILL, 7: signal.SIGTERM}
 
 
-def killed_once(cell: RunCase) -> RunResult:
-    """Some cells are killed at their first attempt; each attempt leaves a file with its span of time."""
+def die_at_first_attempt(cell: RunCase) -> RunResult:
+    """Kill the process of some cells at the first attempt; each attempt leaves a file with its span of time."""
     span = Path(cell.name) / f"{number(cell)}-{os.getpid()}"
     begun, first = time.monotonic(), not list(Path(cell.name).glob(f"{number(cell)}-*"))
     span.write_text(f"{begun} inf")
@@ -203,8 +203,8 @@ def killed_once(cell: RunCase) -> RunResult:
 HELD: list[Any] = []
 
 
-def unchecked(settings: Settings, **changes: Any) -> Settings:
-    """Settings with values that their class refuses, for what an engine does when it is given them."""
+def unchecked_settings(settings: Settings, **changes: Any) -> Settings:
+    """Settings with values that their class refuses, to see what an engine does with them."""
     changed = copy(settings)
     for name, value in changes.items():
         object.__setattr__(changed, name, value)
@@ -212,17 +212,17 @@ def unchecked(settings: Settings, **changes: Any) -> Settings:
 
 
 def abort() -> None:
-    """By an engine's own assertion."""
-    measure(RunCase("saw-500rpm", SAW, unchecked(SETTINGS[0], iterations=0)))
+    """Abort by an engine's own assertion."""
+    measure(RunCase("saw-500rpm", SAW, unchecked_settings(SETTINGS[0], iterations=0)))
 
 
 def segfault() -> None:
-    """Reads where there is nothing."""
+    """Read from address 0."""
     ctypes.string_at(0)
 
 
 def hang() -> None:
-    """In C, where no Python signal gets through, and at no cost to others: it waits for a lock that it has itself."""
+    """Wait in C, where no Python signal gets through, for a lock that this thread has itself."""
     c, lock = ctypes.CDLL(None), ctypes.create_string_buffer(256)
     c.pthread_mutex_init(lock, None)
     while True:
@@ -230,7 +230,7 @@ def hang() -> None:
 
 
 def hoard() -> None:
-    """Takes memory to the last kilobyte and keeps it; the large pieces are not touched, to leave others theirs."""
+    """Take memory to the last kilobyte and keep it; large pieces stay untouched, to spare other processes."""
     size = 1 << 30
     while True:
         try:
@@ -254,14 +254,14 @@ FAULTS: dict[int, tuple[Callable[[], Any], str, str]] = {
 
 
 def misbehave(cell: RunCase) -> RunResult:
-    """A run, or of every twenty cells some that have one of these faults each."""
+    """Run a cell; six of every twenty commit one of `FAULTS` first."""
     FAULTS.get(number(cell) % 20, (lambda: None,))[0]()
     return cell.perform()
 
 
 def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor: RetryingExecutor) -> None:
-    """Of so many cells each ends as its fault does, or well; the executor has the limits from above."""
-    table, ends = run_cases(assigned(cells(count), misbehave), ledger, executor), (None, "completed", "")
+    """Check that each of a number of cells ends as its fault does, or completes."""
+    table, ends = run_cases(substitute_task(cells(count), misbehave), ledger, executor), (None, "completed", "")
     assert {key: (found.outcome, found.reason) for key, found in table.items()} == {
         cell.key: FAULTS.get(number(cell) % 20, ends)[1:] for cell in cells(count)
     }
@@ -271,8 +271,8 @@ def check_that_faults_cost_their_own_cells(count: int, ledger: Ledger, executor:
     assert ledger.stops_at_limits(table) == {key: limit for key, limit in stopped.items() if limit}
 
 
-def hoard_but(megabytes: int) -> None:
-    """Takes all memory but so much, and keeps it."""
+def hoard_all_but(megabytes: int) -> None:
+    """Take all memory except some megabytes, and keep it."""
     kept_free = np.empty(megabytes << 20, dtype=np.uint8)
     with suppress(MemoryError):
         hoard()
@@ -281,12 +281,12 @@ def hoard_but(megabytes: int) -> None:
 
 def engine_with_little(megabytes: int) -> RunResult:
     """A MuJoCo run in a process that has little memory left; it fails in the engine's own ways."""
-    hoard_but(megabytes)
+    hoard_all_but(megabytes)
     return measure(RunCase("saw-500rpm", SAW, MuJoCoSettings.hardened(SAW, 2000), 1.0))
 
 
 def mistake_with_little(megabytes: int) -> RunResult:
-    hoard_but(megabytes)
+    hoard_all_but(megabytes)
     raise ZeroDivisionError("a mistake in the task")
 
 
@@ -324,7 +324,7 @@ def fork_and_return() -> int:
 
 
 def write_into_strays(first: int, last: int) -> str:
-    """Write a text into all descriptors from one to another, as an FMU that takes one of conrod's for its own."""
+    """Write a text into all descriptors of a range, as a faulty FMU may into conrod's files."""
     for descriptor in range(first, last):
         with suppress(OSError):
             os.write(descriptor, b"a line that is meant for a log\n")

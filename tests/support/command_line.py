@@ -70,7 +70,7 @@ def kept_worker(limits: CallLimits, interpreter: str | None = None) -> WorkerPro
 def conrod(
     *arguments: str, cwd: Path | None = None, ledger: Path | None = None, own_workers: bool = False
 ) -> subprocess.CompletedProcess[str]:
-    """What a command prints, and its exit status; an exception that a user would see as a traceback is raised.
+    """Run a command; return its output and exit status, raise what a user would see as a traceback.
 
     Args:
         cwd: folder that it is run in, this one where it is None.
@@ -98,7 +98,7 @@ def conrod(
 
 
 def conrod_process(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """The same in a Python of its own, for claims about that."""
+    """Run a command in a separate Python, for claims about the process."""
     return subprocess.run(
         [sys.executable, "-m", "conrod", *arguments], capture_output=True, text=True, cwd=cwd, timeout=300, check=False
     )
@@ -107,13 +107,13 @@ def conrod_process(*arguments: str, cwd: Path | None = None) -> subprocess.Compl
 def refusal(*arguments: str, **how: Any) -> str:
     """The one line of a command that ends with status 2 before anything is run or written; see `conrod`."""
     done = conrod(*arguments, **how)
-    lines = said(done)
+    lines = error_lines(done)
     assert (done.returncode, done.stdout, len(lines)) == (2, "", 1), done
     assert lines[0].startswith("conrod: ")
     assert len(lines[0]) < 700
     return lines[0]
 
 
-def said(done: subprocess.CompletedProcess[str]) -> list[str]:
-    """What standard error has besides the progress of runs, which takes time and goes by what has been run before."""
+def error_lines(done: subprocess.CompletedProcess[str]) -> list[str]:
+    """Lines of standard error without the progress of runs, which depends on earlier runs."""
     return [line for line in done.stderr.splitlines() if not line.startswith("runs: ")]

@@ -16,7 +16,7 @@ SHIPPED = sorted(CATALOGUE.glob("*.toml"))
 
 
 def tables(path: Path = SLIDER_CRANK) -> dict[str, Any]:
-    """What stands in a file."""
+    """Tables of a mechanism file."""
     return tomllib.loads(path.read_text(encoding="utf-8"))
 
 
@@ -35,7 +35,7 @@ def with_entry(path: Path, place: str, value: Any) -> dict[str, Any]:
 
 
 def shuffle_declarations(given: Any, seed: int) -> Any:
-    """The same tables declared in another order, and pins with their two points the other way round."""
+    """The tables in another order of declaration, with the two points of each pin exchanged."""
     chance = random.Random(seed)
     if not isinstance(given, dict):
         return given

@@ -88,7 +88,7 @@ def judged_run(label: str, **given: object) -> JudgedRun:
 
 
 def model_study(**given: object) -> ModelStudy:
-    """A saw in a user's file, driven with its own settings and hardened."""
+    """Study of a saw in a user's file, driven with the settings of the file and hardened."""
     place = ((0.0, 0.0, 0.0), (0.2, 0.0))
     view = PlaneView("xy", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1)
     known = {
@@ -111,7 +111,7 @@ def model_study(**given: object) -> ModelStudy:
 
 
 def loop_study(**given: object) -> LoopStudy:
-    """A four-bar that is its own reference, driven at 100 steps, and tuned at 25 to 200."""
+    """Study of a four-bar without a machine to compare with, driven at 100 steps, and tuned at 25 to 200."""
     runs = [
         LoopRun(
             "tuned",

@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 
 @dataclass
 class Found(HTMLParser):
-    """Elements with their attributes, in their order, and the text of those that are looked at as one."""
+    """Elements of a page with their attributes, in order, and the joined text of some elements."""
 
     elements: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     within: list[str] = field(default_factory=list)

@@ -28,7 +28,7 @@ Change = tuple[str, str]  # function, and part of the line as the mutant has it
 
 @dataclass(frozen=True)
 class Module:
-    """Mutants of a module: names of survivors, how many were not run, how many were, and how many there are."""
+    """Mutants of a module: names of survivors, and numbers of mutants not run, run, and in all."""
 
     name: str
     survivors: tuple[str, ...]
@@ -42,7 +42,7 @@ class Module:
         return self.count == self.of
 
     def share(self, equivalent: Mapping[str, Change]) -> float:
-        """Of the mutants that change anything, those that were killed; survivors that change nothing by name."""
+        """Share of killed mutants among all that change behaviour; equivalent ones are known by name."""
         same = sum(name in equivalent for name in self.survivors)
         return (self.count - len(self.survivors)) / max(self.count - same, 1)
 
@@ -81,7 +81,7 @@ def function_of(mutant: str) -> str:
 
 
 def listed_survivors(survivors: list[str], changes: list[Change], lines: Callable[[str], str]) -> dict[str, Change]:
-    """Survivors that are listed, with their change; `lines` are those that a mutant has in place of others."""
+    """Survivors that are listed with their change; `lines` are the changed lines of a mutant."""
     of = {name: [change for change in changes if change[0] == function_of(name)] for name in survivors}
     return {name: one for name, own in of.items() if own for one in own if one[1] in lines(name)}
 
@@ -107,7 +107,7 @@ def counts_table(found: list[Module], same: Mapping[str, Change]) -> str:
 
 
 def main(folder: str, page: Path = PAGE, lines: Callable[[str], str] = changed_lines) -> int:
-    """Print the share of each module, and those that survived."""
+    """Print the share of killed mutants of each module, and the survivors."""
     found, changes = (
         modules(Path(folder), chosen_mutants(Path(folder))),
         listed_changes(page.read_text(encoding="utf-8")),

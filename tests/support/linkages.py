@@ -67,12 +67,14 @@ def assemble_mechanism(
     }
     poses_with_ground = {**poses, GROUND: (0.0, 0.0, 0.0)}
 
-    def own(link: str, place: Place) -> Point:
+    def local_point(link: str, place: Place) -> Point:
         x, y, phi = poses_with_ground[link]
         dx, dy = place[0] - x, place[1] - y
         return (math.cos(phi) * dx + math.sin(phi) * dy, math.cos(phi) * dy - math.sin(phi) * dx)
 
-    joints: list[Joint] = [Revolute(pin, a, b, own(a, place), own(b, place)) for pin, a, b, place in pins]
+    joints: list[Joint] = [
+        Revolute(pin, a, b, local_point(a, place), local_point(b, place)) for pin, a, b, place in pins
+    ]
     driven = joints[0]
     return Mechanism(
         name,

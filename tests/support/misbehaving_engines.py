@@ -117,7 +117,7 @@ class OfItsOwn(BaseException):
 
 
 class Subclass(np.ndarray):  # type: ignore[type-arg]
-    """An array of a class of its own."""
+    """Subclass of a numpy array."""
 
 
 # -- what it does to its surroundings ----------------------------------------------------------------------------------
@@ -175,7 +175,7 @@ class Refuses(PlantedEngine):
 
 @dataclass(frozen=True)
 class NamedSettings(PlantedSettings):
-    """The settings of one of these engines."""
+    """Settings of the engines of this module."""
 
     engine: str = field(default="", kw_only=True)  # type: ignore[misc]
 
@@ -292,7 +292,7 @@ def __getattr__(name: str) -> Any:
 
 
 def install_in(folder: Path) -> Path:
-    """A folder for `sys.path` in which a distribution brings all of them."""
+    """Install a distribution with all these engines into a folder for `sys.path`."""
     info = folder / "misbehaving_engines-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: misbehaving-engines\nVersion: 1.0\n")

@@ -70,7 +70,7 @@ def element_lost(root: Element, chance: random.Random) -> None:
 
 
 def element_twice(root: Element, chance: random.Random) -> None:
-    """There are two of something, of the same names or of none."""
+    """Duplicate an element, with the same names or without names."""
     parent, child = _child(root, chance)
     again = copy.deepcopy(child)
     for element in again.iter() if chance.random() < 0.5 else ():
@@ -87,7 +87,7 @@ TREE_CHANGES: tuple[Callable[[Element, random.Random], None], ...] = (
 
 
 def mutant(path: Path, seed: str) -> bytes:
-    """The changed copy of a model that a seed stands for."""
+    """The changed copy of a model that a seed determines."""
     chance, root = random.Random(f"{path.name} {seed}"), ElementTree.fromstring(path.read_bytes())
     for mesh in root.iter("mesh"):
         words = mesh.attrib["vertex"].split()
@@ -118,12 +118,12 @@ class End:
     seconds: float
 
 
-def _here(task: Callable[..., Any], path: Path, *arguments: Any, **limits: Any) -> Any:
+def call_in_process(task: Callable[..., Any], path: Path, *arguments: Any, **limits: Any) -> Any:
     return task(path, *arguments)
 
 
 def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
-    """What a verb makes of a mutant."""
+    """Run a verb on a mutant, and return how it ended."""
     file = folder / f"{os.getpid()}-{base.name}"
     file.write_bytes(mutant(base, seed))
     options = (*MODELS[base], "--revolutions", "1") if verb == "check" else SHORT
@@ -140,5 +140,5 @@ def attempt(base: Path, seed: str, verb: str, folder: Path) -> End:
 
 def attempt_here(base: Path, seed: str, verb: str, folder: Path) -> End:
     """The same in the process that calls, where it costs no start of Python."""
-    with patch("conrod.execution.local.call_on_file", _here), patch(*QUICK):
+    with patch("conrod.execution.local.call_on_file", call_in_process), patch(*QUICK):
         return attempt(base, seed, verb, folder)

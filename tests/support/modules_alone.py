@@ -29,7 +29,7 @@ TIMEOUT = 120.0  # [s]
 
 
 def run_alone(text: str, folder: Path, **arguments: float) -> tuple[Array, Array]:
-    """States of all centres of gravity, (1, 3 n) each, after a module's run; arguments are those of `build`."""
+    """States of all centres of gravity, (1, 3 n) each, after a module's run; arguments as for its `build`."""
     file = folder / "machine.py"
     file.write_text(text, encoding="utf-8")
     command = [sys.executable, "-I", "-c", RUN, str(file), json.dumps(arguments)]
@@ -40,6 +40,6 @@ def run_alone(text: str, folder: Path, **arguments: float) -> tuple[Array, Array
 
 
 def printed_lines(file: Path) -> list[str]:
-    """What a module prints when it is run as a program."""
+    """Lines that a module prints as a program."""
     command = [sys.executable, "-I", str(file)]
     return subprocess.run(command, capture_output=True, text=True, check=True, timeout=TIMEOUT).stdout.splitlines()

@@ -38,29 +38,29 @@ Way = tuple[Any, ...]
 
 
 def places(whole: Any, way: Way = ()) -> list[Way]:
-    """Where something stands in tables."""
+    """All places in nested tables and lists, each as a sequence of keys."""
     inner = whole.items() if isinstance(whole, dict) else enumerate(whole) if isinstance(whole, list) else ()
     return [found for key, value in inner for found in [(*way, key), *places(value, (*way, key))]]
 
 
 def value_at(whole: Any, way: Way) -> Any:
-    """What stands in a place."""
+    """Value at a place."""
     for key in way:
         whole = whole[key]
     return whole
 
 
-def put(whole: Any, way: Way, value: Any) -> Any:
-    """A copy with another value in one place."""
+def set_value(whole: Any, way: Way, value: Any) -> Any:
+    """Copy of tables with another value at one place."""
     if not way:
         return value
     copy = dict(whole) if isinstance(whole, dict) else list(whole)
-    copy[way[0]] = put(copy[way[0]], way[1:], value) if len(way) > 1 else value
+    copy[way[0]] = set_value(copy[way[0]], way[1:], value) if len(way) > 1 else value
     return copy
 
 
 def without_entry(whole: Any, way: Way) -> Any:
-    """A copy without what stands in one place."""
+    """Copy of tables without the entry at one place."""
     copy = dict(whole) if isinstance(whole, dict) else list(whole)
     if len(way) == 1:
         del copy[way[0]]
@@ -81,7 +81,7 @@ def _numbers(whole: Tables) -> list[Way]:
 
 
 def quantity(given: Any) -> tuple[float, str] | None:
-    """Number and unit of a quantity; None for what is none."""
+    """Number and unit of a quantity; None for other values."""
     number, _, unit = str(given).partition(" ")
     try:
         return float(number), unit if isinstance(given, str) else ""
@@ -90,15 +90,15 @@ def quantity(given: Any) -> tuple[float, str] | None:
 
 
 def _number(whole: Tables, way: Way, change: Callable[[float], float]) -> Tables:
-    """A copy with another number in one place, in the same unit."""
+    """Copy of tables with another number at one place, in the same unit."""
     number, unit = quantity(value_at(whole, way)) or (0.0, "")
-    return put(whole, way, f"{change(number)!r} {unit}" if unit else change(number))
+    return set_value(whole, way, f"{change(number)!r} {unit}" if unit else change(number))
 
 
 def slip(whole: Tables, chance: random.Random) -> Tables:
     """A number becomes another one, with or without its unit."""
     way, other = chance.choice(_numbers(whole)), chance.choice(SLIPS)
-    return _number(whole, way, lambda _: other) if chance.random() < 0.7 else put(whole, way, other)
+    return _number(whole, way, lambda _: other) if chance.random() < 0.7 else set_value(whole, way, other)
 
 
 def scale_numbers(whole: Tables, chance: random.Random) -> Tables:
@@ -130,12 +130,12 @@ def move_entry(whole: Tables, chance: random.Random) -> Tables:
     way, other = chance.choice(places(whole)), chance.choice(places(whole))
     match chance.choice(("worded", "swapped", "dropped", "renamed")):
         case "worded":
-            return put(whole, way, chance.choice([*TEXTS, *WORDS, *THINGS, *SLIPS]))
+            return set_value(whole, way, chance.choice([*TEXTS, *WORDS, *THINGS, *SLIPS]))
         case "swapped" if way[: len(other)] != other and other[: len(way)] != way:
-            return dict(put(put(whole, way, value_at(whole, other)), other, value_at(whole, way)))
+            return dict(set_value(set_value(whole, way, value_at(whole, other)), other, value_at(whole, way)))
         case "renamed" if isinstance(way[-1], str):
             name = chance.choice([*WORDS, *TEXTS, *(w[-1] for w in places(whole) if isinstance(w[-1], str))])
-            return dict(put(without_entry(whole, way), (*way[:-1], name), value_at(whole, way)))
+            return dict(set_value(without_entry(whole, way), (*way[:-1], name), value_at(whole, way)))
         case _:
             return dict(without_entry(whole, way))
 
@@ -157,7 +157,7 @@ def break_text(text: bytes, chance: random.Random) -> bytes:
 
 
 def mutant(path: Path, seed: int) -> bytes | Tables:
-    """The changed copy of a file that a number stands for: its text, or its tables."""
+    """The changed copy of a file that a seed determines: its text, or its tables."""
     chance = random.Random(f"{path.name} {seed}")
     text = path.read_bytes()
     if chance.random() < 0.25:
@@ -170,7 +170,7 @@ def mutant(path: Path, seed: int) -> bytes | Tables:
 # -- what becomes of them --------------------------------------------------------------------------------------------
 
 
-def read(given: bytes | Tables) -> DescribedScene | str:
+def scene_or_refusal(given: bytes | Tables) -> DescribedScene | str:
     """The scene that a file or its tables describe, or the one line that refuses them."""
     try:
         return scene_from_tables(parse_toml(given) if isinstance(given, bytes) else given)
@@ -179,7 +179,7 @@ def read(given: bytes | Tables) -> DescribedScene | str:
 
 
 def one_line(error: InvalidInput) -> str:
-    """A refusal, seen to be one clear line."""
+    """Text of a refusal, checked to be one line."""
     text = str(error)
     assert "\n" not in text
     assert 0 < len(text) <= LONGEST
@@ -187,14 +187,14 @@ def one_line(error: InvalidInput) -> str:
 
 
 def check_motion(scene: DescribedScene) -> None:
-    """Its exact motion is one."""
+    """Check that the exact motion of a scene is finite."""
     low, high = scene.kinematics.span
     for point in scene.motion(np.linspace(low, high, 9), scene.speed).points.values():
         assert np.isfinite(point.position).all()
 
 
 def outcomes_in_engines(scene: DescribedScene) -> list[str]:
-    """How short runs of it end, with the first and the last preset of each engine; a setting may be refused."""
+    """How short runs of a scene end, with the first and the last preset of each engine."""
     ends = []
     for engine in map(engine_named, ENGINES):
         for preset in (min(engine.presets), max(engine.presets)):
@@ -212,7 +212,7 @@ def outcomes_in_engines(scene: DescribedScene) -> list[str]:
 
 @contextmanager
 def in_time(what: str, longest: float = LONGEST_TIME) -> Iterator[None]:
-    """Fail what takes too long, wherever it is."""
+    """Fail if the context takes more than a CPU time [s]."""
 
     def late(*_: object) -> None:
         raise TimeoutError(f"{what} takes more than {longest} s")
@@ -232,7 +232,7 @@ def count_outcomes(path: Path, seeds: range, engines: bool) -> Counter[str]:
     ends: Counter[str] = Counter()
     for seed in seeds:
         with in_time(f"{path.name}, mutant {seed}"):
-            found = read(mutant(path, seed))
+            found = scene_or_refusal(mutant(path, seed))
             if isinstance(found, DescribedScene):
                 check_motion(found)
                 if engines:

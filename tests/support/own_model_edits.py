@@ -30,22 +30,22 @@ POINTS = {"saw": ("C", "M"), "press": ("A", "G"), "cam": ("roller",)}
 ROD_END = 'name="slider-pin.rod" pos="0.3 0 0"'
 
 
-def replaced(text: str, old: str, new: str) -> str:
-    """An edit that is sure to have been made."""
+def replace_once(text: str, old: str, new: str) -> str:
+    """Replace a text that occurs exactly once."""
     assert text.count(old) == 1, old
     return text.replace(old, new)
 
 
-def placed(text: str, **attributes: str) -> str:
-    """All of the model within a body that does not move."""
+def wrap_in_body(text: str, **attributes: str) -> str:
+    """Wrap the whole model in a body that does not move."""
     inside = " ".join(f'{name}="{value}"' for name, value in attributes.items())
-    text = replaced(text, "<worldbody>", f"<worldbody><body {inside}>")
+    text = replace_once(text, "<worldbody>", f"<worldbody><body {inside}>")
     # The camera is for the world.
-    return replaced(text, "</worldbody>", "</body></worldbody>")
+    return replace_once(text, "</worldbody>", "</body></worldbody>")
 
 
-def multiplied(text: str, factors: Mapping[str, Sequence[float]]) -> str:
-    """Numbers of the worldbody's attributes times factors by name, which are taken in turns."""
+def multiply_attributes(text: str, factors: Mapping[str, Sequence[float]]) -> str:
+    """Multiply numbers of the worldbody's attributes by cyclic factors, given by attribute name."""
     root = ET.fromstring(text)
     for element in root.find("worldbody").iter():
         for name in factors.keys() & element.keys():
@@ -54,25 +54,25 @@ def multiplied(text: str, factors: Mapping[str, Sequence[float]]) -> str:
     return ET.tostring(root, encoding="unicode")
 
 
-def scaled(text: str, factor: float) -> str:
-    """In another unit of length."""
-    return multiplied(text, dict.fromkeys(("pos", "fromto", "size"), (factor,)))
+def scale_lengths(text: str, factor: float) -> str:
+    """Convert a model to another unit of length."""
+    return multiply_attributes(text, dict.fromkeys(("pos", "fromto", "size"), (factor,)))
 
 
-def mirrored(text: str) -> str:
-    """x to the left; hinges keep their axes."""
-    return multiplied(text, dict.fromkeys(("pos", "fromto", "axis"), (-1.0, 1.0, 1.0)) | {"euler": (-1.0,)})
+def mirror_x(text: str) -> str:
+    """Mirror a model along x; hinges keep their axes."""
+    return multiply_attributes(text, dict.fromkeys(("pos", "fromto", "axis"), (-1.0, 1.0, 1.0)) | {"euler": (-1.0,)})
 
 
-def settled(text: str, option: str, closure: str = "") -> str:
-    """With other options, and the drive's armature taken away."""
+def replace_settings(text: str, option: str, closure: str = "") -> str:
+    """Replace the options, and remove the drive's armature."""
     text = re.sub(r"<option.*?</option>", option, text, flags=re.DOTALL)
     text = re.sub(r' armature="[^"]*"', "", text)
     return re.sub(r"(<connect [^>]*?) solref=.*?/>", rf"\1 {closure}/>", text)
 
 
 def question(kind: str, **asked: object) -> ModelRequest:
-    """All points of a machine at the sites that conrod's own files have for them."""
+    """Request for a machine with all observed points at the sites of conrod's own files."""
     mechanism = SCENES[FILES[kind]].mechanism()
     points = asked.pop("points", POINTS[kind])
     places = tuple(p if isinstance(p, PointPlace) else PointPlace(p, "site", p) for p in points)
@@ -83,8 +83,8 @@ def question(kind: str, **asked: object) -> ModelRequest:
 _TURNS: dict[tuple[str, str], tuple[Turning, Scan]] = {}
 
 
-def scanned(folder: Path, text: str, put: ModelRequest) -> tuple[Path, Turning, Scan]:
-    """The model as a file, and what its paths are: followed once for all tests that ask the same of it."""
+def scan_text(folder: Path, text: str, put: ModelRequest) -> tuple[Path, Turning, Scan]:
+    """Write a model to a file and scan its paths, once for all tests with the same request."""
     path = folder / "model.xml"
     path.write_text(text, encoding="utf-8")
     key = (text, repr(put))
@@ -94,19 +94,19 @@ def scanned(folder: Path, text: str, put: ModelRequest) -> tuple[Path, Turning, 
     return path, *_TURNS[key]
 
 
-def seen(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **asked: object) -> Identity:
-    """What a model's paths say, in this process."""
-    *_, found = scanned(folder, text, question(kind, **asked))
+def identify_text(folder: Path, kind: str, text: str, given: GivenFrame | None = None, **asked: object) -> Identity:
+    """Identify a model by its paths, in this process."""
+    *_, found = scan_text(folder, text, question(kind, **asked))
     return identify(SCENES[FILES[kind]], found, given or GivenFrame())[0]
 
 
-def judged(
+def judge_text(
     folder: Path, kind: str, text: str, turns: float = 1.0, tolerance: dict[str, float] | None = None,
     spoil: Callable[[LoopRecording], LoopRecording] = lambda run: run, **asked: object,
 ) -> ModelStudy:  # fmt: skip
-    """All of the judgement, in this process; `spoil` changes what is run before it is judged."""
+    """Study a model against its machine, in this process; `spoil` changes each run before it is judged."""
     put = question(kind, **asked)
-    path, turning, found = scanned(folder, text, put)
+    path, turning, found = scan_text(folder, text, put)
     judge, known = SceneBench.judge, {"prepare_turning": lambda *_: turning, "scan": lambda *_: found}
     spoiled = patch.object(SceneBench, "judge", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
     with patch.multiple(scene_study, **known), spoiled:

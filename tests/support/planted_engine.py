@@ -37,7 +37,7 @@ class PlantedSettings:
     order: int = 1
 
     def time_constant(self, contact: bool) -> float:
-        """Time [s] in which a joint's error is mended: there is none."""
+        """Time constant [s] of the joints: 0, as they never open."""
         return 0.0
 
     def as_dict(self) -> dict[str, Any]:
@@ -114,7 +114,7 @@ ENGINE = PlantedEngine()
 def install_in(
     folder: Path, value: str = "planted_engine:ENGINE", name: str = NAME, distribution: str = "planted-engine"
 ) -> Path:
-    """A folder for `sys.path` in which a distribution brings the engine, as pip would leave it."""
+    """Install a distribution with the engine into a folder for `sys.path`, as pip would."""
     info = folder / f"{distribution.replace('-', '_')}-1.0.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: 1.0\n")

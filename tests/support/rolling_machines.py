@@ -24,7 +24,7 @@ def at_test_speed(mechanism: Mechanism) -> GenericReference:
 
 
 def gear_pair(driving: float = TOOTH, following: float = WHEEL) -> Mechanism:
-    """Two wheels on shafts of the ground; a negative radius is that of a ring."""
+    """Two wheels on shafts of the ground; a ring gear has a negative radius."""
     between = abs(driving + following)
     return Mechanism(
         name="gear-pair",

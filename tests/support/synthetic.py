@@ -40,7 +40,7 @@ def synthetic_trajectory(
     stamps: tuple[float, float, float] = TOGETHER,
     drive: float = 0.0,
 ) -> Trajectory:
-    """Two turns of the scene in which everything follows a solver exactly: its own, or that of a planted defect."""
+    """Two turns of a scene that follow a solver exactly: the scene's, or one with a planted defect."""
     samples = [_sample(kinematics or scene.kinematics, scene.speed, stamp, drive) for stamp in stamps]
 
     def tracks(point: str) -> PointTracks:
@@ -78,7 +78,7 @@ def body_states(solver: Kinematics, at: Instants) -> BodyStates:
     return BodyStates(at, poses, slopes * at.rate[:, None], bends * at.rate[:, None] ** 2)
 
 
-def completed(error: float, kind: type[AnyResult] = RunResult, **more: Any) -> AnyResult:  # type: ignore[assignment]
+def completed_result(error: float, kind: type[AnyResult] = RunResult, **more: Any) -> AnyResult:  # type: ignore[assignment]
     """A result of a run with an error in every quantity."""
     sizes = dict.fromkeys(("max", "rms", "final"), error)
     return kind("completed", errors={"C": dict.fromkeys(QUANTITIES, sizes)}, **more)
@@ -121,7 +121,7 @@ def turned_crank(scene: Scene) -> Kinematics:
 
 @cache
 def other_branch(scene: ShearPress | Saw) -> Kinematics:
-    """The generic solver of the scene put together the other way: the slider on the far side of the shaft."""
+    """The generic solver on the other assembly branch: the slider on the far side of the shaft."""
     mechanism = scene.mechanism()
     if isinstance(scene, ShearPress):
         poses = {"rod": (0.0, scene.crank, -math.pi / 2), "slider": (0.0, scene.crank - scene.rod, 0.0)}

@@ -53,27 +53,27 @@ def csv_text(columns: Mapping[str, Array], separator: str = ",", decimal: str = 
     return "\n".join(lines) + "\n"
 
 
-def read(
+def read_file(
     path: Path, scene: Scene, columns: Sequence[str] = (), units: Sequence[str] = (), links: Sequence[str] = ()
 ) -> Reading:
-    """A table read as the command line reads it, in this process."""
+    """Read a table as the command line does, in this process."""
     points = tuple(scene.lengths)
     return read_table(path, points, column_request(columns_in(columns, points, links), units, points, links))
 
 
-def judged(
+def judge_columns(
     columns: Mapping[str, Array],
     scene: Scene,
     folder: Path,
     estimate: Sequence[str] = (),
     tolerance: Mapping[str, float] | None = None,
 ) -> TableStudy:
-    """The columns after they were a CSV file, judged."""
-    reading = read(written(folder, csv_text(columns), "table.csv"), scene)
+    """Write columns to a CSV file, and judge it."""
+    reading = read_file(write_file(folder, csv_text(columns), "table.csv"), scene)
     return study_table("table.csv", scene.kind, scene, reading, estimate, tolerance)
 
 
-def written(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8") -> Path:
+def write_file(folder: Path, text: str, name: str = "t.csv", encoding: str = "utf-8") -> Path:
     path = folder / name
     path.write_text(text, encoding=encoding)
     return path

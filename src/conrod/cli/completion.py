@@ -14,7 +14,7 @@ from conrod.user_files.endings import MODELS
 Completer: TypeAlias = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
 
-def scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+def scenes(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
     """Names of scenes, `catalogue` and `spatial`, and mechanism files."""
     from conrod.scenes import CATALOGUE, SCENES, catalogue_names, dynamics_names
     from conrod.scenes.space import MACHINES, SPATIAL
@@ -22,53 +22,53 @@ def scenes(context: click.Context, parameter: click.Parameter, begun: str) -> li
     names = [*SCENES, *catalogue_names(), *dynamics_names(), CATALOGUE]
     if context.info_name in ("validate", "export", "check"):
         names += [*MACHINES, SPATIAL] if context.info_name == "validate" else MACHINES
-    return [*matching_names(names, begun), *_files(begun, (".toml",))]
+    return [*matching_names(names, typed), *_files(typed, (".toml",))]
 
 
-def engines(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+def engines(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
     """Names of engines that can take part, and the word for all."""
     from conrod.engines import OPTIONAL_ENGINES, engine_names
     from conrod.execution.resolve_arguments import ALL_ENGINES
 
-    return matching_names([*engine_names(), *OPTIONAL_ENGINES, ALL_ENGINES], begun)
+    return matching_names([*engine_names(), *OPTIONAL_ENGINES, ALL_ENGINES], typed)
 
 
-def presets(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+def presets(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
     """Presets of the engines that were named before, or of all that ship."""
     from conrod.engines import engine_names, presets_of
 
     asked = context.params.get("engine") or engine_names()
-    return matching_names(dict.fromkeys(name for engine in asked for name in presets_of(engine)), begun)
+    return matching_names(dict.fromkeys(name for engine in asked for name in presets_of(engine)), typed)
 
 
-def models_or_scenes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+def models_or_scenes(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
     """Model files, and what `scenes` has."""
-    return [*scenes(context, parameter, begun), *_files(begun, MODELS)]
+    return [*scenes(context, parameter, typed), *_files(typed, MODELS)]
 
 
 def files_with(endings: Sequence[str]) -> Completer:
     """Make a completer of folders, and of files with some endings."""
 
-    def files(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
-        return _files(begun, endings)
+    def files(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
+        return _files(typed, endings)
 
     return files
 
 
-def matching_names(names: Iterable[str], begun: str) -> list[CompletionItem]:
+def matching_names(names: Iterable[str], typed: str) -> list[CompletionItem]:
     """Return the names that begin as typed."""
-    return [CompletionItem(name) for name in names if name.startswith(begun)]
+    return [CompletionItem(name) for name in names if name.startswith(typed)]
 
 
-def _files(begun: str, endings: Sequence[str]) -> list[CompletionItem]:
+def _files(typed: str, endings: Sequence[str]) -> list[CompletionItem]:
     """Files and folders whose path begins as typed; none where the folder cannot be read."""
-    folder, _, name = begun.rpartition("/")
-    place = Path(folder or ("/" if begun.startswith("/") else "."))
+    folder, _, name = typed.rpartition("/")
+    place = Path(folder or ("/" if typed.startswith("/") else "."))
     try:
         found = sorted(one for one in place.iterdir() if one.name.startswith(name))
     except OSError:
         return []
-    prefix = f"{folder}/" if "/" in begun else ""
+    prefix = f"{folder}/" if "/" in typed else ""
     folders = [f"{prefix}{one.name}/" for one in found if one.is_dir() and not one.name.startswith(".")]
     return [
         *(CompletionItem(f"{prefix}{one.name}") for one in found if one.name.lower().endswith(tuple(endings))),

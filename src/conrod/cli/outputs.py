@@ -28,7 +28,7 @@ class Outputs(Generic[F]):
     Attributes:
         kind: kind of the report.
         asked: options of the verb.
-        folder, file, html: None where not asked for.
+        folder, file, html: their paths; None for options that were not given.
     """
 
     kind: Kind[F]
@@ -49,7 +49,7 @@ class Outputs(Generic[F]):
         Args:
             command: verb that makes the report, which the report states.
             subjects: scenes as they were typed, or files by the names of their pages.
-            given: options of the command beside those that were asked for; those that are None were not given.
+            given: further options of the command, by name; None for options that were not given.
         """
         print_parts(self.kind.printed(list(found.values())))
         if not (self.folder or self.file or self.html):

@@ -38,7 +38,7 @@ class EngineStyle:
         marker: of single runs, in matplotlib's notation.
         module: name under which the engine's library is imported; empty if it is the engine's name.
         distribution: name under which the library is installed; empty if it is the engine's name.
-        model_ending: ending of the files of its models, where it has such files.
+        model_ending: ending of the names of its model files, if it writes any.
         missing_term: term that the engine leaves out of its accelerations, which its error law allows for; or empty.
     """
 

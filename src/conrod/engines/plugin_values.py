@@ -82,12 +82,12 @@ def check_text(value: Any, what: str) -> str:
     return one_line(str.__str__(check_type(value, str, what)))
 
 
-def check_finite_number(value: Any, what: str, least: float = -math.inf) -> float:
-    """Return a value as a float if it is a finite number, not below `least`."""
+def check_finite_number(value: Any, what: str, lowest: float = -math.inf) -> float:
+    """Return a value as a float if it is a finite number, not below `lowest`."""
     plain = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
     refuse_unless(plain, f"{what} that is of {type(value).__name__}, not a number")
     number = float(value)
-    refuse_unless(math.isfinite(number) and number >= least, f"{what} = {number:g}")
+    refuse_unless(math.isfinite(number) and number >= lowest, f"{what} = {number:g}")
     return number
 
 

@@ -82,7 +82,7 @@ class ArcLengthContinuation:
         left = self._curve_point(place.arc_length, place.point, place.tangent, arcs)
         return place if left is None else left
 
-    def points_after(self, here: CurvePoint, longest: float = MAX_STEP) -> Iterator[CurvePoint]:
+    def points_after(self, point: CurvePoint, longest: float = MAX_STEP) -> Iterator[CurvePoint]:
         """Yield the points after one, without end; one lies wherever a roller reaches another arc of its cam.
 
         Args:
@@ -93,10 +93,10 @@ class ArcLengthContinuation:
         """
         step = min(FIRST_STEP, longest) * self.curve.unit
         while True:
-            reached, miss = self._step(here, step)
+            reached, miss = self._step(point, step)
             if reached is not None:
                 yield reached
-                here = self.onto_next_arcs(reached)
+                point = self.onto_next_arcs(reached)
                 grown = 0.9 * (PREDICTION_TOLERANCE / max(miss, 1e-300)) ** (1.0 / 3.0)
                 longest = min(MAX_STEP, 1.5 * longest)
                 step = min(longest * self.curve.unit, step * min(2.0, max(0.5, grown)))
@@ -106,23 +106,23 @@ class ArcLengthContinuation:
                 if step < MIN_STEP:
                     raise InvalidInput(too_close_message(self.curve.mechanism.name))
 
-    def _step(self, here: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
+    def _step(self, point: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         """Take a step of arc length, shortened to where a roller leaves its arc; with the prediction's error."""
-        reached, miss = self._corrected_point(here, step)
-        if reached is None or self.curve.arcs(reached.point) == here.arcs:
+        reached, miss = self._corrected_point(point, step)
+        if reached is None or self.curve.arcs(reached.point) == point.arcs:
             return reached, miss
         # The roller has left its arc: bisect for the place, on the curve that the arc's full circle would give.
         low, high = 0.0, step
         while high - low > ARC_END_TOLERANCE * self.curve.unit:
             middle = 0.5 * (low + high)
-            reached, miss = self._corrected_point(here, middle)
+            reached, miss = self._corrected_point(point, middle)
             if reached is None:
                 return None, miss
-            if self.curve.arcs(reached.point) == here.arcs:
+            if self.curve.arcs(reached.point) == point.arcs:
                 low = middle
             else:
                 high = middle
-        return self._corrected_point(here, high)
+        return self._corrected_point(point, high)
 
     def _corrected_point(self, here: CurvePoint, step: float) -> tuple[CurvePoint | None, float]:
         """Predict a point at a step and correct it; None if it fails, with the prediction's error."""

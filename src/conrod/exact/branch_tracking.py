@@ -129,9 +129,9 @@ class BranchTracker:
             f"{math.degrees(angle):.6g} deg, where every step has to be tiny; check lengths and their units"
         )
 
-    def _try_step(self, here: BranchPoint, following: float) -> BranchPoint | None:
+    def _try_step(self, point: BranchPoint, following: float) -> BranchPoint | None:
         """Return the point after a tangent step; None if it deviates from the tangent or changes branch."""
-        guess = here.poses + here.derivative * (following - here.angle)
+        guess = point.poses + point.derivative * (following - point.angle)
         try:
             poses = self.equations.newton(guess, np.array([following]), MAX_NEWTON_STEPS, falling=True)
         except InvalidInput:
@@ -140,30 +140,30 @@ class BranchTracker:
             return None
         # The factors that give the branch give the derivative as well, for the step after this one.
         reached = self.point_at(following, poses)
-        change = float(self.equations.pose_distance(reached.derivative, here.derivative)[0])
+        change = float(self.equations.pose_distance(reached.derivative, point.derivative)[0])
         largest = max(
             float(self.equations.pose_distance(derivative, 0.0 * poses)[0])
-            for derivative in (here.derivative, reached.derivative)
+            for derivative in (point.derivative, reached.derivative)
         )
         return (
             None
-            if reached.determinant * here.determinant <= 0.0 or change / largest > MAX_DERIVATIVE_CHANGE
+            if reached.determinant * point.determinant <= 0.0 or change / largest > MAX_DERIVATIVE_CHANGE
             else reached
         )
 
-    def _cross_change_point(self, here: BranchPoint, step: float, goal: float) -> BranchPoint | None:
+    def _cross_change_point(self, point: BranchPoint, step: float, goal: float) -> BranchPoint | None:
         """Return the point beyond a change point nearby, or the goal if it comes first; else None."""
         if abs(step) < MIN_SEARCH_STEP:
             return None
-        crossed = find_change_point(self.equations, here.angle, here.poses, SEARCH_STEPS * step)
+        crossed = find_change_point(self.equations, point.angle, point.poses, SEARCH_STEPS * step)
         if crossed is None:
             return None
         change, angle, poses = crossed
         beyond = self.point_at(angle, poses)
-        if np.sign(beyond.determinant) != np.sign(here.determinant) * (-1.0) ** change.gained_freedoms:
+        if np.sign(beyond.determinant) != np.sign(point.determinant) * (-1.0) ** change.gained_freedoms:
             return None
         self.changes.add(change)
-        if abs(goal - here.angle) >= abs(angle - here.angle):
+        if abs(goal - point.angle) >= abs(angle - point.angle):
             return beyond
         ending = np.array([goal])
         poses = self.solve_poses(change.series(ending, 0)[0], ending)

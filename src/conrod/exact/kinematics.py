@@ -233,7 +233,7 @@ class Kinematics:
 
         Args:
             derivatives: stacked poses, their rates, their accelerations (T, 3 n), the first one, two or three.
-            crank: the crank's angle, rate or angular acceleration (T,), that of the highest derivative.
+            crank: angle, rate or angular acceleration (T,) of the crank, of the order of the highest derivative.
         """
         order = len(derivatives) - 1
         coefficients = [d / math.factorial(k) for k, d in enumerate(derivatives)]

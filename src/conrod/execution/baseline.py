@@ -130,7 +130,7 @@ def with_bands(now: Baseline, others: Sequence[Mapping[str, BaselineLine]], like
 
     Args:
         others: results at the scene's speed times each of `SPEED_FACTORS`.
-        like: results that the scene's speed does not drive, and those whose rounding stands for theirs.
+        like: results that the scene's speed does not drive, each with the result whose band it takes over.
     """
 
     def spread(name: str, quantity: str) -> float:
@@ -174,8 +174,8 @@ class Drift:
         result: engine and preset, or the label of the run.
         what: what differs: a number, a setting of the engine, or `outcome`.
         was, now: its values as text.
-        digits: decimal logarithm of the change over the rounding band of the number; None for what is no number.
-        better: whether an error became smaller; None for what is no error.
+        digits: decimal logarithm of the change over the rounding band of the number; None if the result is no number.
+        better: whether an error became smaller; None if the result is no error.
     """
 
     result: str
@@ -224,7 +224,7 @@ class BaselineComparison:
 
     Attributes:
         written: whether the file was written, for the first time or again.
-        accepted: whether that was asked for.
+        accepted: whether the user accepted the findings.
         drifts: drifts from the results in the file.
         versions: versions that differ from those in the file, in words.
         costs: costs over those in the file, of runs that have both.

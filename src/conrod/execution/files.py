@@ -37,7 +37,7 @@ def files_to_write(given: Mapping[str, str | None], beside: Mapping[str, Path] |
 
     Args:
         given: text that was typed, by option; None where an option was not given.
-        beside: other files, by what a user calls them.
+        beside: other files, which must not be overwritten, by what a user calls them.
 
     Raises:
         InvalidInput: a file cannot be written, or two names mean one file.

@@ -125,9 +125,9 @@ class Ledger:
         """Save the result of a case; it replaces the one saved before.
 
         Args:
-            limit: what a run that ended at a limit was allowed: time [s] where it timed out, memory [bytes] where it
-                ran out of that.
-            replace: let such a run take the place even of one that ended by itself, which may be another process's.
+            limit: limit at which the run ended: time [s] if it timed out, memory [bytes] if it ran out of memory.
+            replace: whether a run that ended at a limit replaces even a run that ended by itself, which another process
+                may have made.
         """
         key = case.key
         with name_ledger_in_errors(self.path), self._begin_transaction():

@@ -300,12 +300,12 @@ def make_plan(
     steps_per_revolution: int | None,
     revolutions: int,
     tolerance: Mapping[str, float] | None,
-    most: int = MAX_KEPT_SAMPLES,
+    max_samples: int = MAX_KEPT_SAMPLES,
 ) -> Plan:
     """Make the plan of a validation from checked arguments.
 
     Raises:
-        InvalidInput: a count or a tolerance out of range, or more samples than `most`.
+        InvalidInput: a count or a tolerance out of range, or more samples than `max_samples`.
     """
     if steps_per_revolution is not None:
         check_count("--steps-per-rev", steps_per_revolution, *STEPS_RANGE)
@@ -313,7 +313,7 @@ def make_plan(
     asked = None if tolerance is None else check_tolerance(tolerance)
     plan = Plan(steps_per_revolution, float(revolutions), asked)
     for name, scene in scenes.items():
-        _check_samples(name, plan.steps(scene), revolutions, most)
+        _check_samples(name, plan.steps(scene), revolutions, max_samples)
     return plan
 
 
@@ -328,10 +328,10 @@ def check_sample_count(name: str, samples_per_revolution: int, revolutions: int)
     _check_samples(name, samples_per_revolution, revolutions)
 
 
-def _check_samples(name: str, steps: int, revolutions: int, most: int = MAX_KEPT_SAMPLES) -> None:
-    if (samples := steps * revolutions) > most:
+def _check_samples(name: str, steps: int, revolutions: int, max_samples: int = MAX_KEPT_SAMPLES) -> None:
+    if (samples := steps * revolutions) > max_samples:
         asked = f"{steps} steps x {revolutions} revolutions = {samples} samples"
-        raise InvalidInput(f"{name}: {asked} are too many: there may be {most}")
+        raise InvalidInput(f"{name}: {asked} are too many: there may be {max_samples}")
 
 
 def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOLERANCE_NAMES) -> dict[str, float]:

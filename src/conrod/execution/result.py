@@ -85,7 +85,7 @@ class JudgedResult(CaseResult, ABC):
         return replace(result, passed=passed if result.limits else None)
 
     @abstractmethod
-    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
+    def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:
         """Return the result with other tolerances."""
 
 

@@ -77,7 +77,7 @@ class _Change:
         name: name in the batch's folder, for messages.
         folder: descriptor of the folder that the file is in.
         last: the file's name there.
-        temporary: name of its new content there; None where it is to be removed.
+        temporary: name of the temporary file with the new content; None if the file is to be removed.
     """
 
     name: str

@@ -234,7 +234,7 @@ def least_base_radius(profile: LawProfile, accepts: Callable[[LawProfile], bool]
     """Least base radius [m], rounded up, for which a profile of the same law is accepted.
 
     Args:
-        profile: one that is not accepted.
+        profile: profile that is not accepted.
         accepts: condition on a profile.
     """
     low = high = profile.base_radius

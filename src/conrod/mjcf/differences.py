@@ -24,14 +24,14 @@ class MachineComparison:
     """Comparison of a model with the machine that it should represent.
 
     Attributes:
-        machine: its name, or the file that it is in.
+        machine: name of the machine, or its file.
         off: largest distance between the points of both [m]; None if the machine cannot follow the motion.
         point: the point that is off by `off`.
         differences: numbers and loops that the model has otherwise, in words.
         other_kinds: whether a joint or a closure among them is of another kind, wherever the points are.
         closed_form: distance of the model's exact motion from the machine's closed form, over the travel; None where
             it has none.
-        other_branch: whether it is the machine, assembled the other way.
+        other_branch: whether the model is the machine on another assembly branch.
         loads: masses, damping and gravity that the model has otherwise, in words; they do not show in its motion.
     """
 

@@ -57,7 +57,7 @@ def with_settings(
     Contacts and closures alike get a preset's.
 
     Args:
-        idle: whether the drives leave a freedom, whose inertia rounding hides beside closures that are too hard.
+        idle: whether the drives leave a freedom; closures that are too hard would hide its inertia in rounding.
         contact: whether a contact places what the closures leave free.
     """
     made = copy.copy(model)

@@ -131,7 +131,7 @@ def driven_run(
     """Run a model with its joints driven through the exact motion's times, a sample each `every` steps.
 
     Args:
-        model: with its settings and step, of which a copy gets flywheels; the first sample is its start.
+        model: model with the settings and step of the run; a copy of it gets flywheels.
         carried: whether forces are recorded.
         touching: two geoms whose contact is a part of the machine.
     """

@@ -157,10 +157,10 @@ def name_or_number(model: mujoco.MjModel, kind: str, index: int) -> str:
     return mujoco.mj_id2name(model, kind_id, index) or f"{kind} {index}"
 
 
-def list_names(names: Iterable[str], most: int = 6) -> str:
-    """Join names by commas, cut short after the first `most`."""
+def list_names(names: Iterable[str], max_names: int = 6) -> str:
+    """Join names by commas, cut short after the first `max_names`."""
     every = list(names)
-    return ", ".join(every[:most]) + (f" and {len(every) - most} more" if len(every) > most else "")
+    return ", ".join(every[:max_names]) + (f" and {len(every) - max_names} more" if len(every) > max_names else "")
 
 
 # -- crank and points ------------------------------------------------------------------------------------------------

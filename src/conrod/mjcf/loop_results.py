@@ -27,12 +27,12 @@ class LoopRequest:
     """A user's request for a model with closed loops.
 
     Attributes:
-        drives: law of each driven joint, as given (`conrod.exact.space.drive_laws`).
+        drives: law of each driven joint, as text (`conrod.exact.space.drive_laws`).
         keyframe: keyframe to assemble the model from; None for its reference pose.
-        controls: inputs of actuators where it is run as its file has it.
-        seconds: length of the runs; None for that of the slowest drive.
+        controls: control inputs of the file's own run.
+        seconds: length of the runs [s]; None for the duration of the slowest law.
         points: sites that are judged; all where none is given.
-        tolerance: allowed errors by quantity [SI]; empty where none are asked for.
+        tolerance: allowed errors by quantity [SI]; empty if the user gave none.
         machine: machine that the model must be, a name or a model file; None if it is its own reference.
     """
 
@@ -184,12 +184,12 @@ class LoopStudy:
         unmodelled: forces that act and that the exact forces lack, so that forces are not compared.
         remarks: limits of joints and tendons that the motion leaves, contacts on the way, and the like.
         runs: runs at the model's own step; `steps`: runs at other steps.
-        cheapest: cheapest run within tolerance; None if no run is, or no tolerance was asked for.
+        cheapest: cheapest run within tolerance; None if no run is, or without a tolerance.
         paste: text to write into the model for the settings of `cheapest`; empty without one.
         presets: runs of the file with its actuators and its step, with each preset's settings.
         begins: open start of the file's own run; None if its loops start closed.
         points: points that are judged.
-        compared: with the machine that it is to be; None where it is its own reference.
+        compared: comparison with the machine that the model must be; None if the model is its own reference.
     """
 
     file: str

@@ -38,7 +38,7 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     """Build the spatial tree of a model, with the closures that act at first.
 
     Args:
-        start: coordinates (nq,) that it is assembled from.
+        start: coordinates (nq,) of the pose from which the model is assembled.
 
     Raises:
         InvalidInput: a closure is of a kind whose motion is not determined by rigid bodies.

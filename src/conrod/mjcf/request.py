@@ -119,8 +119,8 @@ class StartRates:
 
     Attributes:
         opening: largest rate at which they open a closure, in the model's unit of length [/s].
-        joint: whose rate is furthest from what the loops ask for, with the crank's rate as it is.
-        found, asked: its rates [rad/s, or the model's unit of length /s].
+        joint: joint whose rate differs most from the rate that the loops require at the crank's given rate.
+        found, asked: rate of this joint, and the required rate [rad/s, or the model's unit of length /s].
         unit: rad/s, or m/s of a slide.
     """
 

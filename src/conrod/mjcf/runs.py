@@ -62,12 +62,12 @@ def break_reason(data: mujoco.MjData) -> str:
     return next(iter(bad_number_warnings(data)), "" if np.all(np.isfinite(data.qpos)) else "not finite")
 
 
-def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[[], Callable[[int], None]]:
+def looping_stepper(model: mujoco.MjModel, start: Array, max_steps: int) -> Callable[[], Callable[[int], None]]:
     """A factory of functions that advance a run by a number of steps, and restart it at its end.
 
     Args:
         start: state that the run starts from.
-        most: steps of the run; what comes after it is not what the model is for.
+        max_steps: number of steps after which the run starts again: the model is not meant for longer runs.
     """
 
     def make() -> Callable[[int], None]:
@@ -77,11 +77,11 @@ def looping_stepper(model: mujoco.MjModel, start: Array, most: int) -> Callable[
             nonlocal done
             with silence_warnings():
                 while steps:
-                    if done == most:
+                    if done == max_steps:
                         mujoco.mj_resetData(model, data)
                         mujoco.mj_setState(model, data, start, STATE)
                         done = 0
-                    some = min(steps, most - done)
+                    some = min(steps, max_steps - done)
                     mujoco.mj_step(model, data, some)
                     done, steps = done + some, steps - some
 

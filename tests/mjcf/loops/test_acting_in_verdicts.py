@@ -9,7 +9,7 @@ from pathlib import Path
 import mujoco
 import pytest
 from four_bars import four_bar
-from own_model_edits import TEXTS, judged, replaced
+from own_model_edits import TEXTS, judge_text, replace_once
 
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
 from conrod.models.check.report import verdict
@@ -49,7 +49,7 @@ def looped(text: str, drive: str, seconds: float = 0.2) -> LoopStudy:
 def scene(folder: Path, text: str, **more: float) -> ModelStudy:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("conrod.models.check.study.LABELS", (OWN,))
-        return judged(folder, "saw", text, **more)
+        return judge_text(folder, "saw", text, **more)
 
 
 # -- limits and contacts -----------------------------------------------------------------------------------------------
@@ -77,7 +77,7 @@ def test_tendon_limit_is_named_and_spoils_no_torque_with_a_drive() -> None:
     assert not any("torque" in line for line in how_exact(found))
     assert all(not run.drives for run in (*found.runs, *found.steps))
     # Without the limit torques are compared, and nothing is said to act.
-    free = looped(replaced(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 1.5)
+    free = looped(replace_once(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 1.5)
     assert "What acts" not in finding(free)
     assert "Not judged" not in finding(free)
     assert free.own.drives["crank"] < 1e-2
@@ -88,7 +88,7 @@ def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(tmp_path: Path) -> None:
     assert not found.passed
     assert "limits keep it from its turn: tendon t is held to -0.1 to 9, needs -0.2035" in verdict(found)
     assert "What acts besides its loops: the limit of tendon t" in verdict(found)
-    off = scene(tmp_path, replaced(TENDON, 'autoreset="disable"', 'autoreset="disable" limit="disable"'))
+    off = scene(tmp_path, replace_once(TENDON, 'autoreset="disable"', 'autoreset="disable" limit="disable"'))
     assert off.passed
     assert "limit" not in verdict(off)
 
@@ -98,14 +98,14 @@ def test_contacts_are_named_with_a_scene_and_in_the_own_run(tmp_path: Path) -> N
     assert f"What acts besides its loops: contact of rod and slider (up to 3.4e+03 N); {NOT_ALONE}." in verdict(found)
     assert [one.title for one in found.own_run.acting] == ["contact of rod and slider"]
     # What acts in the own run alone is said of it.
-    model = replaced(CONTACTS, '<joint name="crank-pin" type="hinge" axis="0 0 1" />',
+    model = replace_once(CONTACTS, '<joint name="crank-pin" type="hinge" axis="0 0 1" />',
                      '<joint name="crank-pin" type="hinge" axis="0 0 1" frictionloss="3"/>')  # fmt: skip
     assert "dry friction of joint crank-pin (up to 3 N m)" in verdict(scene(tmp_path, model))
     assert "What acts" not in verdict(scene(tmp_path, SAW))
 
 
 def test_contact_that_is_a_part_of_the_machine_is_not_named(tmp_path: Path) -> None:
-    found = judged(tmp_path, "cam", TEXTS["cam"], turns=0.1)
+    found = judge_text(tmp_path, "cam", TEXTS["cam"], turns=0.1)
     assert "contact" not in "".join(one.kind for run in (found.own, found.own_run) for one in run.acting)
 
 
@@ -139,7 +139,7 @@ def test_polynomial_is_named_with_the_acceleration_that_it_lacks(tmp_path: Path)
     ("0 -9.81 0", ""),
 ])  # fmt: skip
 def test_gravity_across_the_plane_is_named_in_all_modes(gravity: str, words: str, tmp_path: Path) -> None:
-    text = replaced(SAW, 'gravity="0 -9.81 0"', f'gravity="{gravity}"')
+    text = replace_once(SAW, 'gravity="0 -9.81 0"', f'gravity="{gravity}"')
     path = tmp_path / "saw.xml"
     path.write_text(text, encoding="utf-8")
     said = [verdict(scene(tmp_path, text)), finding(looped(text, "crank=40rpm")), *map(

@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pytest
-from own_model_edits import TEXTS, replaced
+from own_model_edits import TEXTS, replace_once
 
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
 from conrod.models.loops import study
@@ -31,7 +31,7 @@ def keyed(factor: float = 1.0, pose: tuple[float, ...] = (0.0, 0.0, 0.0)) -> str
     """The saw with its start rates times a factor, or at another pose where the rod follows the crank alone."""
     rates = [factor * rate for rate in RATES] if pose == (0.0, 0.0, 0.0) else other_rates()
     texts = (" ".join(map(repr, map(float, one))) for one in (pose, rates))
-    return replaced(SAW, KEYFRAME, '<key name="start" qpos="{}" qvel="{}" />'.format(*texts))
+    return replace_once(SAW, KEYFRAME, '<key name="start" qpos="{}" qvel="{}" />'.format(*texts))
 
 
 def other_rates() -> list[float]:
@@ -44,10 +44,10 @@ def other_rates() -> list[float]:
 
 def servo(control: float, gain: float = 100.0, actuator: str = "velocity", value: str = "kv") -> str:
     """The saw at rest, whose crank an actuator turns in place of conrod's flywheel."""
-    text = replaced(SAW, ' armature="1e+14"', "").replace('timestep="0.0015"', 'timestep="0.0003"')
-    text = replaced(text, KEYFRAME, f'<key name="start" qpos="0 0 0" ctrl="{control!r}" />')
+    text = replace_once(SAW, ' armature="1e+14"', "").replace('timestep="0.0015"', 'timestep="0.0003"')
+    text = replace_once(text, KEYFRAME, f'<key name="start" qpos="0 0 0" ctrl="{control!r}" />')
     motor = f'<actuator><{actuator} name="motor" joint="crank" {value}="{gain}" /></actuator>'
-    return replaced(text, "</equality>", f"</equality>{motor}")
+    return replace_once(text, "</equality>", f"</equality>{motor}")
 
 
 @cache
@@ -69,7 +69,7 @@ WRONG = {
     "a servo at 41 rpm": (servo(1.03 * OMEGA), "crank turns at 41."),
     "a servo backwards": (servo(-OMEGA), "crank turns backwards, at -40"),
     "a servo that its brake holds": (
-        replaced(
+        replace_once(
             servo(OMEGA, 1.0),
             'axis="0 0 1" />\n      <inertial pos="0 0 0" mass="4"',
             f'axis="0 0 1" {BRAKE} />\n      <inertial pos="0 0 0" mass="4"',
@@ -115,7 +115,7 @@ def test_an_own_run_that_follows_its_law_passes(text: str, law: str) -> None:
 
 
 def test_own_run_is_not_judged_without_a_drive_or_a_speed() -> None:
-    at_rest = looped(replaced(SAW, KEYFRAME, ""))
+    at_rest = looped(replace_once(SAW, KEYFRAME, ""))
     assert at_rest.passed
     assert ": not judged, nothing drives it" in finding(at_rest)
     assert "whether its own run" not in finding(at_rest)
@@ -125,7 +125,7 @@ def test_own_run_is_not_judged_without_a_drive_or_a_speed() -> None:
     # An actuator that holds a position, or a force that holds the crank, commands no speed.
     held = looped(servo(0.3, 1e4, "position", "kp"), seconds=0.2)
     assert not held.shipped.laws.speeds
-    braked = replaced(servo(1.0, 1.0, "motor", "gear"), 'axis="0 0 1" />\n      <inertial pos="0 0 0" mass="4"',
+    braked = replace_once(servo(1.0, 1.0, "motor", "gear"), 'axis="0 0 1" />\n      <inertial pos="0 0 0" mass="4"',
                       f'axis="0 0 1" {BRAKE} />\n      <inertial pos="0 0 0" mass="4"')  # fmt: skip
     assert not looped(braked, seconds=0.2).shipped.laws.speeds
     assert "whether its own run moves crank by the laws" in finding(looped(braked, seconds=0.2))
@@ -210,12 +210,12 @@ def test_run_is_named_when_it_changes_to_another_branch(
 
 def test_run_past_a_dead_centre_of_its_drive_keeps_its_branch() -> None:
     # The crank turns by itself, and a law drives the slide: they have nothing to do with each other.
-    model = mujoco.MjModel.from_xml_string(replaced(SAW, ' armature="1e+14"', ""))
+    model = mujoco.MjModel.from_xml_string(replace_once(SAW, ' armature="1e+14"', ""))
     bench = study._LoopBench.from_request(model, LoopRequest({"slide": "move:0m,-0.1m,1s"}))
     compared = bench._compare_with_laws(bench._run_as_shipped(0.2), bench.machine.motion(np.linspace(0.0, 1.0, 9)), 0.2)
     assert not compared.laws.differs
     # What commands the crank to a place begins on the other branch.
-    held = replaced(
+    held = replace_once(
         servo(0.3, 1e4, "position", "kp"), 'qpos="0 0 0"', f'qpos="{" ".join(map(repr, map(float, OTHER_POSE)))}"'
     )
     for text, other in ((held, True), (servo(0.3, 1e4, "position", "kp"), False)):
@@ -235,9 +235,9 @@ def test_run_has_no_speeds_when_it_breaks_off_after_the_laws(monkeypatch: pytest
 
 
 def test_held_base_is_no_other_branch_when_it_moves_in_own_run() -> None:
-    text = replaced(SAW, "<worldbody>", '<worldbody><body name="base"><freejoint name="base"/><inertial pos="0 0 0" '
-                    'mass="1e6" diaginertia="1e6 1e6 1e6"/>')  # fmt: skip
-    text = replaced(replaced(text, "</worldbody>", "</body></worldbody>"), KEYFRAME, "")
+    base = '<body name="base"><freejoint name="base"/><inertial pos="0 0 0" mass="1e6" diaginertia="1e6 1e6 1e6"/>'
+    text = replace_once(SAW, "<worldbody>", f"<worldbody>{base}")
+    text = replace_once(replace_once(text, "</worldbody>", "</body></worldbody>"), KEYFRAME, "")
     bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "40rpm"}))
     assert bench.machine.held == ("base",)
     names = [point.name for point in bench.points]

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 from four_bars import four_bar
-from own_model_edits import TEXTS, question, replaced
+from own_model_edits import TEXTS, question, replace_once
 
 from conrod.errors import InvalidInput
 from conrod.exact.space.immobility import JointCorrection, describe_corrections, explain_immobility
@@ -123,7 +123,7 @@ STUCK_PIN = ('<joint name="crank-pin" type="hinge" axis="0 0 1" />', "")
 
 def refused(text: str, folder: Path) -> str:
     """What is said of a saw that cannot be turned as the scene is."""
-    text = replaced(text, re.findall(r"<key name=.*/>", text)[0], "")
+    text = replace_once(text, re.findall(r"<key name=.*/>", text)[0], "")
     path = folder / "saw.xml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInput) as refusal:
@@ -133,13 +133,13 @@ def refused(text: str, folder: Path) -> str:
 
 @pytest.mark.parametrize(("spare", "name"), [(BRAKE, "brake"), (BENT, "bent"), (BRAKE + AGAIN, "brake")])
 def test_closure_is_named_when_it_stops_a_scenes_model(spare: str, name: str, tmp_path: Path) -> None:
-    said = refused(replaced(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), tmp_path)
+    said = refused(replace_once(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), tmp_path)
     assert f"it cannot move; without {name} it moves" in said
 
 
 @pytest.mark.parametrize("spare", ["", AGAIN])
 def test_closure_is_not_named_when_a_stuck_pin_is_the_cause(spare: str, tmp_path: Path) -> None:
-    said = refused(replaced(replaced(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), *STUCK_PIN), tmp_path)
+    said = refused(replace_once(replace_once(TEXTS["saw"], SAW_CLOSURE, f"{spare}{SAW_CLOSURE}"), *STUCK_PIN), tmp_path)
     assert "it cannot move" in said
     assert "without" not in said
 

@@ -78,7 +78,7 @@ def first_sample_errors(machine: Machine, steps: int, start: float) -> list[floa
 
     Args:
         steps: per revolution.
-        start: crank angle [rad] of the exact start; an input that makes one pass has its own.
+        start: crank angle [rad] of the exact start; an input that makes one pass starts at an end of it instead.
     """
     kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_extent(machine, steps, 1.0)
     start = start if kinematics.mechanism.driver.span is None else begin
@@ -152,8 +152,8 @@ def _point_lags(c: list[Array], point: list[Array], phi: list[Array]) -> tuple[A
 
     Args:
         c: derivatives of the centre of gravity of the point's body by the crank angle, (T, 2) each [m].
-        point: those of the point.
-        phi: those of the body's angle, (T, 1) each [rad].
+        point: the same derivatives of the point, (T, 2) each [m].
+        phi: the same derivatives of the body's angle, (T, 1) each [rad].
     """
     r = point[0] - c[0]
     across = np.column_stack([-r[:, 1], r[:, 0]])

@@ -99,31 +99,35 @@ class LoadForces:
         return sums
 
     def _coordinate_and_gradient(
-        self, along: Coordinate, places: State, rates: State
+        self, coordinate: Coordinate, places: State, rates: State
     ) -> tuple[float, float, list[tuple[str, tuple[float, float, float]]]]:
         """A load's coordinate, its rate, and its gradient by the bodies it depends on."""
-        match along:
+        match coordinate:
             case Distance():
                 a, b = (
                     self._point_state(body, point, places, rates)
-                    for body, point in ((along.a, along.point_a), (along.b, along.point_b))
+                    for body, point in ((coordinate.a, coordinate.point_a), (coordinate.b, coordinate.point_b))
                 )
                 dx, dy = b.x - a.x, b.y - a.y
                 length = math.hypot(dx, dy)
                 ux, uy = (dx / length, dy / length) if length > 0.0 else (0.0, 0.0)
                 rate = ux * (b.vx - a.vx) + uy * (b.vy - a.vy)
-                return length, rate, [(along.b, _unit_force(b, ux, uy)), (along.a, _unit_force(a, -ux, -uy))]
+                return length, rate, [(coordinate.b, _unit_force(b, ux, uy)), (coordinate.a, _unit_force(a, -ux, -uy))]
             case Turn():
-                turn_a, spin_a = self._body_angle(along.a, places, rates)
-                turn_b, spin_b = self._body_angle(along.b, places, rates)
-                return turn_b - turn_a, spin_b - spin_a, [(along.b, (0.0, 0.0, 1.0)), (along.a, (0.0, 0.0, -1.0))]
+                turn_a, spin_a = self._body_angle(coordinate.a, places, rates)
+                turn_b, spin_b = self._body_angle(coordinate.b, places, rates)
+                return (
+                    turn_b - turn_a,
+                    spin_b - spin_a,
+                    [(coordinate.b, (0.0, 0.0, 1.0)), (coordinate.a, (0.0, 0.0, -1.0))],
+                )
             case Displacement():
-                place = self._point_state(along.body, along.point, places, rates)
-                ux, uy = math.cos(along.direction), math.sin(along.direction)
+                place = self._point_state(coordinate.body, coordinate.point, places, rates)
+                ux, uy = math.cos(coordinate.direction), math.sin(coordinate.direction)
                 way, rate = place.x * ux + place.y * uy, place.vx * ux + place.vy * uy
-                return way, rate, [(along.body, _unit_force(place, ux, uy))]
+                return way, rate, [(coordinate.body, _unit_force(place, ux, uy))]
             case _:
-                assert_never(along)
+                assert_never(coordinate)
 
     def _body_angle(self, body: str, places: State, rates: State) -> tuple[float, float]:
         """Angle [rad] and angular rate [rad/s] of a body at a state."""

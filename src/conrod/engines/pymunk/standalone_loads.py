@@ -33,19 +33,19 @@ def load_calls(loads: tuple[Load, ...], place: PlaceText) -> list[tuple[str, str
     return [(load.name, _coordinate_call(load.along, place), _force_expression(load.law)) for load in loads]
 
 
-def _coordinate_call(along: Coordinate, place: PlaceText) -> str:
+def _coordinate_call(coordinate: Coordinate, place: PlaceText) -> str:
     """Call that returns value, rate and gradient of a coordinate."""
-    match along:
+    match coordinate:
         case Distance():
-            ends = ((along.a, along.point_a), (along.b, along.point_b))
+            ends = ((coordinate.a, coordinate.point_a), (coordinate.b, coordinate.point_b))
             return f"_distance(state, {', '.join(f'({body!r}, {place(body, point)})' for body, point in ends)})"
         case Turn():
-            return f"_turn(state, {along.a!r}, {along.b!r})"
+            return f"_turn(state, {coordinate.a!r}, {coordinate.b!r})"
         case Displacement():
-            point = f"({along.body!r}, {place(along.body, along.point)})"
-            return f"_displacement(state, {point}, {along.direction!r})"
+            point = f"({coordinate.body!r}, {place(coordinate.body, coordinate.point)})"
+            return f"_displacement(state, {point}, {coordinate.direction!r})"
         case _:
-            assert_never(along)
+            assert_never(coordinate)
 
 
 def _force_expression(law: LoadLaw) -> str:

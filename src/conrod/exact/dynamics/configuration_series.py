@@ -60,18 +60,18 @@ class ConfigurationSeries:
         self._forth = _PieceBuilder(continuation, self.start)
         self._back = _PieceBuilder(continuation, continuation.start_point(-self.start.tangent))
 
-    def extend_to(self, along: float) -> None:
+    def extend_to(self, arc_length: float) -> None:
         """Compute the curve up to an arc length, or all of it if it closes earlier.
 
         Raises:
             InvalidInput: the curve ends earlier.
         """
-        while self.loop is None and along >= (self.ahead[-1].stop if self.ahead else 0.0):
+        while self.loop is None and arc_length >= (self.ahead[-1].stop if self.ahead else 0.0):
             self.ahead.append(self._forth.next_piece())
             if self._forth.closed:
                 stop = self.ahead[-1]
                 self.loop = Loop(stop.stop, stop.points[-1] - self.start.point[0])
-        while self.loop is None and along < (self.behind[-1].start if self.behind else 0.0):
+        while self.loop is None and arc_length < (self.behind[-1].start if self.behind else 0.0):
             self.behind.append(_reverse(self._back.next_piece()))
             if self._back.closed:
                 last = self.behind[-1]

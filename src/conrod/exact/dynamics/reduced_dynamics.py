@@ -53,9 +53,9 @@ class ReducedDynamics:
         self._turn_springs = [(k, load.law) for k, load in enumerate(loads) if isinstance(load.law, CONSERVATIVE)]
         self._driven = [k for k, load in enumerate(loads) if not load.conservative]
 
-    def evaluate(self, along: float) -> ReducedState:
+    def evaluate(self, arc_length: float) -> ReducedState:
         """Return the reduced mechanism at an arc length."""
-        piece, basis, turns = self._locate(along)
+        piece, basis, turns = self._locate(arc_length)
         if id(piece) not in self._known:
             self._known[id(piece)] = piece, self._series(piece)
         columns = basis @ self._known[id(piece)][1]
@@ -70,18 +70,18 @@ class ReducedDynamics:
             inertia, inertia_derivative, potential, conservative_force, values[self._driven], rates[self._driven]
         )
 
-    def _gain_per_loop(self, along: Coordinate) -> float:
+    def _gain_per_loop(self, coordinate: Coordinate) -> float:
         """Change of a load's coordinate over one loop of the curve: whole turns of a rotation, else 0."""
         loop = self.configurations.loop
-        if loop is None or not isinstance(along, Turn):
+        if loop is None or not isinstance(coordinate, Turn):
             return 0.0
         gains = {body.name: float(loop.gain[3 * k + 2]) for k, body in enumerate(self.mechanism.bodies)}
         gains[GROUND] = 0.0
-        return gains[along.b] - gains[along.a]
+        return gains[coordinate.b] - gains[coordinate.a]
 
-    def poses_with_derivatives(self, along: float) -> tuple[Array, Array, Array]:
+    def poses_with_derivatives(self, arc_length: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""
-        piece, basis, turns = self._locate(along)
+        piece, basis, turns = self._locate(arc_length)
         point, tangent, curvature = (basis @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
         loop, scale = self.configurations.loop, self.configurations.curve.scale
         return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
@@ -96,19 +96,19 @@ class ReducedDynamics:
             found = [crossing + turn * loop.length for turn in turns for crossing in found]
         return sorted(crossing for crossing in found if lowest < crossing < highest)
 
-    def _locate(self, along: float) -> tuple[CurvePiece, Array, float]:
+    def _locate(self, arc_length: float) -> tuple[CurvePiece, Array, float]:
         """Find the piece at an arc length, its Chebyshev polynomials (K,) there, and the number of loops passed."""
         known, turns = self.configurations, 0.0
-        known.extend_to(along)
+        known.extend_to(arc_length)
         if known.loop is not None:
-            turns = float(np.floor(along / known.loop.length))
-            along = max(0.0, along - turns * known.loop.length)  # rounding may leave it just before the start
-        if along >= 0.0:
-            pieces, k = known.ahead, bisect_right(known.ahead, along, key=lambda piece: piece.start) - 1
+            turns = float(np.floor(arc_length / known.loop.length))
+            arc_length = max(0.0, arc_length - turns * known.loop.length)  # rounding may leave it just before the start
+        if arc_length >= 0.0:
+            pieces, k = known.ahead, bisect_right(known.ahead, arc_length, key=lambda piece: piece.start) - 1
         else:
-            pieces, k = known.behind, bisect_right(known.behind, -along, key=lambda piece: -piece.stop) - 1
+            pieces, k = known.behind, bisect_right(known.behind, -arc_length, key=lambda piece: -piece.stop) - 1
         piece = pieces[max(0, min(k, len(pieces) - 1))]
-        local = 2.0 * (along - piece.start) / (piece.stop - piece.start) - 1.0
+        local = 2.0 * (arc_length - piece.start) / (piece.stop - piece.start) - 1.0
         return piece, np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))), turns
 
     def _series(self, piece: CurvePiece) -> Array:

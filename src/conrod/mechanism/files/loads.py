@@ -55,10 +55,10 @@ def read_loads(
     return tuple(constant), tuple(loads)
 
 
-def _build_load(table: Fields, along: Distance | Turn | Displacement, law: LoadLaw) -> Load:
+def _build_load(table: Fields, coordinate: Distance | Turn | Displacement, law: LoadLaw) -> Load:
     """Build a load, after refusing unknown fields."""
     table.refuse_unknown()
-    return Load(table.place, along, law)
+    return Load(table.place, coordinate, law)
 
 
 def _spring(table: Fields, name: str, places: Places) -> Load:

@@ -140,11 +140,11 @@ class Identity:
 
     Attributes:
         frame: the document's frame in the model.
-        other_branch: assembled otherwise than the machine; the frame is then that of the other branch.
-        off_by: largest distance of each point from where it should be, over its length.
-        explanations: sparsest sets of lengths that leave nothing; several where they cannot be distinguished.
-        left: largest distance that no length explains.
-        floor: distance that is rounding, or the error of the collision shape.
+        other_branch: whether the model is on another assembly branch; `frame` then fits this branch.
+        off_by: largest distance of each point from its exact position, over its length.
+        explanations: smallest sets of changes that leave no distance; several if they cannot be distinguished.
+        left: largest distance that no change explains.
+        floor: distance below which rounding, or the error of the collision shape, explains all.
     """
 
     frame: Frame

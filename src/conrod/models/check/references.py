@@ -163,7 +163,7 @@ def uncertainty_shares(
     """Largest standard uncertainty of a position [m], and the share of each length in its variance.
 
     Args:
-        uncertainties: standard, of the lengths [m]; one that is not given has none.
+        uncertainties: standard uncertainties of lengths [m]; a length without one is exact.
     """
     parts = {name: (slope * uncertainties.get(name, 0.0)) ** 2 for name, slope in slopes.items()}
     variance = np.sum(list(parts.values()), axis=0)

@@ -65,15 +65,15 @@ class ModelStudy:
 
     Attributes:
         file: name of the file as the user gave it.
-        scene_name, scene: the machine that it is to be.
+        scene_name, scene: the machine that the model must be.
         model: its joints, closures and settings.
-        tolerance: asked for, by quantity; None for the default of kinematic mode alone.
+        tolerance: tolerances that the user gave, by quantity; None for the default of kinematic mode alone.
         own_run: run of the file with its own start and actuators; None if the model is too far off the machine.
         crank: speed of the crank in that run; None if it did not complete.
         runs: dynamic mode with conrod's drive, by label; empty there, too.
         refused: presets that were not run, with the reason.
         points: points that the runs are compared at.
-        refined: the same runs at coarser and finer steps, by label; empty where that was not asked for.
+        refined: the same runs at coarser and finer steps, by label; empty without refinement.
         distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
     """
 

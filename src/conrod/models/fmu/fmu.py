@@ -40,7 +40,7 @@ SOLVER_TOLERANCES = {"model-exchange": 1e-9}  # of CVode, relative; FMPy's own i
 
 
 def run_fmu(
-    path: Path, scene: Scene, asked: ColumnRequest, mode: str | None, steps: int, revolutions: float, timeout: float
+    path: Path, scene: Scene, request: ColumnRequest, mode: str | None, steps: int, revolutions: float, timeout: float
 ) -> Reading:
     """Run an FMU in a separate process and read its trajectory.
 
@@ -57,7 +57,7 @@ def run_fmu(
         mode = fmu.modes[0] if mode is None else mode
         if mode not in fmu.modes:
             raise unknown_choice("mode in --preset", mode, fmu.modes)
-        columns = choose_variables(fmu, tuple(scene.lengths), asked)
+        columns = choose_variables(fmu, tuple(scene.lengths), request)
         used = [fmu.variables[column.index - 1] for column in columns[1:]]
         unused = tuple(one.name for one in fmu.variables if one.output and one not in used)[:MAX_LISTED_HEADINGS]
         span = scene.kinematics.mechanism.driver.span  # of an input that makes one pass, that pass
@@ -79,7 +79,7 @@ def run_fmu(
 MAX_COMPARED_NAMES = 20_000  # names that a mistyped one is compared with
 
 
-def choose_variables(fmu: FmuDescription, points: Sequence[str], asked: ColumnRequest) -> list[Column]:
+def choose_variables(fmu: FmuDescription, points: Sequence[str], request: ColumnRequest) -> list[Column]:
     """Choose the variables of an FMU that are used as columns, in the order of `quantities`, time first.
 
     An output that is called as a quantity of the scene is, `C.x`, is that quantity unless another is named.
@@ -92,10 +92,10 @@ def choose_variables(fmu: FmuDescription, points: Sequence[str], asked: ColumnRe
     more = ", ..." if len(outputs) > MAX_LISTED_HEADINGS else ""
     listed = f"its outputs are {', '.join(outputs[:MAX_LISTED_HEADINGS]) or 'none'}{more}"
     columns = [Column(TIME, 0, TIME, "s", 1.0, "FMI")]
-    written = {rotation_column(q, link): f"{link}.{name}" for link in asked.links for q, name in WRITTEN_NAMES.items()}
-    for quantity, dimension in quantities(points, asked.links).items():
+    written = {rotation_column(q, link): f"{link}.{name}" for link in request.links for q, name in WRITTEN_NAMES.items()}
+    for quantity, dimension in quantities(points, request.links).items():
         own = next((name for name in (quantity, written.get(quantity)) if name in outputs), None)
-        name = asked.columns.get(quantity, own)
+        name = request.columns.get(quantity, own)
         if name is None or quantity == TIME:
             continue
         if name not in variables:
@@ -103,7 +103,7 @@ def choose_variables(fmu: FmuDescription, points: Sequence[str], asked: ColumnRe
             raise InvalidInput(f"it has no variable {name!r}, but {near} among {len(variables)}; {listed}")
         place, variable = variables[name]
         column = column_with_unit(
-            quantity, dimension, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, asked
+            quantity, dimension, place, name, "" if bare_unit(variable.unit) == "" else variable.unit, request
         )
         if column.unit_from == "assumed":
             said = f"say with --unit {dimension} what it is in"

@@ -34,8 +34,8 @@ class Closure:
 
     Attributes:
         holder, ends: kind and indices of the elements whose inverse weights regularise the closure.
-        curved: MuJoCo's acceleration of it lacks the part of the velocity: it opens with the square of its time
-            constant, hardened or not.
+        curved: whether the closure is nonlinear, so that MuJoCo's acceleration lacks a term in the velocity; its gap
+            then goes with the square of its time constant, hardened or not.
     """
 
     index: int  # index of the equality

@@ -53,7 +53,7 @@ def harden_file(
         keyframe: keyframe that the runs start from, as in `data_at_start`.
         seconds: length of the runs [s].
         force: harden what seems to be soft on purpose, or is worse when hard.
-        content: whether the hardened model is asked for, not only its figures.
+        content: whether the result has the hardened model, not only its figures.
         controls: inputs of actuators in place of the keyframe's, held through the runs.
 
     Raises:
@@ -167,12 +167,12 @@ def _doubts(found: HardenedModel) -> Iterator[str]:
 def closed_start(
     model: mujoco.MjModel, keyframe: str | None = None, controls: Controls = ()
 ) -> tuple[Array, dict[str, Any]]:
-    """The requested start, or the first keyframe, with its loops and rates closed where possible.
+    """Return the requested start, or the first keyframe, with its loops closed where possible.
 
-    So are its rates: the nearest that open no loop.
+    Its rates then become the nearest ones that open no loop.
 
     Returns:
-        The state, and what a `HardenedModel` says of it.
+        The state, and the fields of a `HardenedModel` that describe it.
 
     Raises:
         InvalidInput: the model has no such keyframe or actuator.

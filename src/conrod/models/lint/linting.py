@@ -54,7 +54,7 @@ def lint(
         keyframe, controls: as in `data_at_start`.
         seconds: length of the run [s]; None for `DEFAULT_STEPS` steps.
         ignored: names of rules that are left out.
-        fix_folder: folder for a model with the safe fixes; None if none is asked for.
+        fix_folder: folder for a model with the safe fixes; None for no such model.
 
     Raises:
         InvalidInput: the file cannot be used, or lacks a named keyframe or control.

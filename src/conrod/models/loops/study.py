@@ -70,7 +70,7 @@ def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
     """Refuse too few or too many drives at a closed pose (nq, 1), and name the axis that blocks motion.
 
     Args:
-        explained: whether it is known what the model has otherwise: then no axis is looked for.
+        explained: whether differences of the model are known already; then no blocking axis is searched for.
     """
     try:
         check_drives(machine, start)

@@ -42,18 +42,18 @@ def verdict_text(verdict: PrintedVerdict) -> str:
     return verdict.kind.value if verdict.kind in ACCEPTED_KINDS else f"**{verdict.kind.value}**"
 
 
-def console_lines(audited: AuditedDocument, most: int) -> Iterator[str]:
+def console_lines(audited: AuditedDocument, max_lines: int) -> Iterator[str]:
     """Yield the items that disagree, with their computation; the ones to correct first."""
     wrong = sorted(
         (v for v in audited.verdicts if v.kind not in ACCEPTED_KINDS), key=lambda v: CONSOLE_ORDER.index(v.kind)
     )
-    for verdict in wrong[:most]:
+    for verdict in wrong[:max_lines]:
         place = f"{verdict.place}: " if verdict.place else ""
         right = "" if verdict.should_be is None else f", should be {verdict.should_be}"
         what = f"{verdict.quantity} at {verdict.condition}: {verdict.printed} {verdict.unit}"
         yield f"{place}{what}{right}: {verdict.kind.value} ({verdict.reason})"
-    if len(wrong) > most:
-        yield f"... and {len(wrong) - most} more; --out DIR writes all"
+    if len(wrong) > max_lines:
+        yield f"... and {len(wrong) - max_lines} more; --out DIR writes all"
 
 
 def cause_lines(audited: AuditedDocument) -> Iterator[str]:

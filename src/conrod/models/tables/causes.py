@@ -50,7 +50,7 @@ class Cause:
     Attributes:
         kind: name of the cause in a word or two, the same for all tables.
         text: with its size.
-        explains: name of an error -> its largest value as it is, and with the cause undone.
+        explains: name of an error -> its largest value in the table, and with the cause undone.
     """
 
     kind: str
@@ -99,7 +99,7 @@ def _reproducing_causes(
     """Find the causes that reproduce errors of given sizes, the most comprehensive first.
 
     Args:
-        hypotheses: on the table, of which each is undone.
+        hypotheses: slips that the table may have, each undone.
         allowed: as in `likely_causes`.
     """
     found: dict[str, Cause] = {}

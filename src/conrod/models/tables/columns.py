@@ -106,7 +106,7 @@ def column_request(
     return ColumnRequest(columns, tuple(units), tuple(links))
 
 
-def choose_columns(headings: Sequence[str], points: Sequence[str], asked: ColumnRequest) -> list[Column]:
+def choose_columns(headings: Sequence[str], points: Sequence[str], request: ColumnRequest) -> list[Column]:
     """Choose the columns of a table that are used, in the order of `quantities`.
 
     Args:
@@ -116,7 +116,7 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
     Raises:
         InvalidInput: a column that is missing, may be several things, or whose unit cannot be determined.
     """
-    places, known = _match_columns(headings, points, asked), quantities(points, asked.links)
+    places, known = _match_columns(headings, points, request), quantities(points, request.links)
     missing = () if places.keys() - {TIME} else (f"any of {', '.join(points)} or the crank", f"{points[0]}.x")
     missing = missing if TIME in places else ("the time", TIME)
     if missing:
@@ -126,7 +126,7 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
         )
     columns = [
         column_with_unit(
-            name, dimension, places[name], headings[places[name]], split_heading(headings[places[name]])[1], asked
+            name, dimension, places[name], headings[places[name]], split_heading(headings[places[name]])[1], request
         )
         for name, dimension in known.items()
         if name in places
@@ -143,10 +143,10 @@ def choose_columns(headings: Sequence[str], points: Sequence[str], asked: Column
     return columns
 
 
-def _match_columns(headings: Sequence[str], points: Sequence[str], asked: ColumnRequest) -> dict[str, int]:
+def _match_columns(headings: Sequence[str], points: Sequence[str], request: ColumnRequest) -> dict[str, int]:
     """Index of the column of each quantity that the table has."""
-    places = {name: _find_column(wanted, name, headings) for name, wanted in asked.columns.items()}
-    free = [name for name in quantities(points, asked.links) if name not in places]
+    places = {name: _find_column(wanted, name, headings) for name, wanted in request.columns.items()}
+    free = [name for name in quantities(points, request.links) if name not in places]
     for place, heading in enumerate(headings):
         # Words of other alphabets, which are not read, may say that x is a velocity; t is always the time.
         name = quantity_named(split_heading(heading)[0], free, points) or quantity_named(
@@ -252,18 +252,20 @@ def factor_to_si(unit: str, dimension: str) -> float | None:
         return None
 
 
-def column_with_unit(name: str, dimension: str, place: int, heading: str, stated: str, asked: ColumnRequest) -> Column:
+def column_with_unit(
+    name: str, dimension: str, place: int, heading: str, stated: str, request: ColumnRequest
+) -> Column:
     """Build a column with the unit that is stated or, without one, with a unit that the user gave.
 
     Args:
-        dimension: SI unit of what it holds.
+        dimension: SI unit of the column's quantity.
         stated: its unit by the heading or another account, empty for none.
 
     Raises:
         InvalidInput: the unit does not fit the quantity of the column.
     """
     # Whose lengths are in mm, its velocities are in mm/s.
-    ways = [way for unit in asked.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
+    ways = [way for unit in request.units for way in (unit, f"{unit}/s", f"{unit}/s^2")]
     general = next((way for way in ways if factor_to_si(way, dimension) is not None), "")
     unit, source = (stated, "heading") if stated else (general, "--unit") if general else (dimension, "assumed")
     if (scale := factor_to_si(unit, dimension)) is None:

@@ -73,12 +73,12 @@ class TableComparison:
         """Multiply the named columns by a factor."""
         return self.change_columns(lambda column: by * column, *names)
 
-    def thin_rows(self, most: int) -> TableComparison:
-        """Keep at most `most` evenly spread rows, the first and the last among them."""
+    def thin_rows(self, max_rows: int) -> TableComparison:
+        """Keep at most `max_rows` evenly spread rows, the first and the last among them."""
         count = len(self.times)
-        if count <= most:
+        if count <= max_rows:
             return self
-        keep = np.unique(np.rint(np.linspace(0, count - 1, most)).astype(int))
+        keep = np.unique(np.rint(np.linspace(0, count - 1, max_rows)).astype(int))
         return self.change_columns(lambda column: column[keep], *self.values)
 
     def shift_time(self, by: float | Array) -> TableComparison:

@@ -52,7 +52,7 @@ class Reading:
     repeated: int = 0
 
 
-def read_table(path: Path, points: tuple[str, ...], asked: ColumnRequest) -> Reading:
+def read_table(path: Path, points: tuple[str, ...], request: ColumnRequest) -> Reading:
     """Read the trajectory in a file.
 
     Args:
@@ -65,19 +65,19 @@ def read_table(path: Path, points: tuple[str, ...], asked: ColumnRequest) -> Rea
     with name_file_in_errors(path):
         if path.stat().st_size == 0:
             raise InvalidInput("it is empty")
-        form, headings, read = _open_table(path, asked)
-        columns = choose_columns(headings, points, asked)
+        form, headings, read = _open_table(path, request)
+        columns = choose_columns(headings, points, request)
         values, numbers = read(columns)
         used = {column.index for column in columns}
         unused = tuple(heading for k, heading in enumerate(headings) if k not in used)
         return check_values(columns, values, numbers, unused, form)
 
 
-def _open_table(path: Path, asked: ColumnRequest) -> OpenTable:
+def _open_table(path: Path, request: ColumnRequest) -> OpenTable:
     """Open a file as a numpy archive or as text, by its suffix."""
     if path.suffix.lower() == ".npz":
         return _open_npz(path)
-    return _open_text(path, tuple(asked.columns.values()))
+    return _open_text(path, tuple(request.columns.values()))
 
 
 def check_values(

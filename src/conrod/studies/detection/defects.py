@@ -97,27 +97,27 @@ def change_tracks(run: Piece, quantity: str, change: Callable[[str, Track], Trac
     return replace(run, trajectory=replace(run.trajectory, points=points))
 
 
-def _stamp_velocities_early(given: Recording, steps: float) -> Piece:
+def _stamp_velocities_early(recording: Recording, steps: float) -> Piece:
     """Return the run with velocities stamped a number of steps before their instants."""
-    advance = steps * given.run.trajectory.settings.timestep
+    advance = steps * recording.run.trajectory.settings.timestep
 
     def stamp_early(_: str, track: Track) -> Track:
         at = track.instants
         return replace(track, instants=replace(at, times=at.times - advance, angle=at.angle - advance * at.rate))
 
-    return change_tracks(given.run, "velocity", stamp_early)
+    return change_tracks(recording.run, "velocity", stamp_early)
 
 
-def _leave_gravity_in(given: Recording, share: float) -> Piece:
+def _leave_gravity_in(recording: Recording, share: float) -> Piece:
     """Return the run with accelerations a - share g, which an accelerometer measures at share 1."""
     return change_tracks(
-        given.run,
+        recording.run,
         "acceleration",
         lambda _, track: replace(track, values=track.values - share * np.array(FREE_FALL_ACCELERATION)),
     )
 
 
-def _insert_nan(given: Recording, _: float) -> Piece:
+def _insert_nan(recording: Recording, _: float) -> Piece:
     """Return the run with NaN for the position in the middle."""
 
     def insert_nan(_: str, track: Track) -> Track:
@@ -125,12 +125,12 @@ def _insert_nan(given: Recording, _: float) -> Piece:
         values[len(values) // 2] = math.nan
         return replace(track, values=values)
 
-    return change_tracks(given.run, "position", insert_nan)
+    return change_tracks(recording.run, "position", insert_nan)
 
 
-def _cut_end(given: Recording, share: float) -> Piece:
+def _cut_end(recording: Recording, share: float) -> Piece:
     """Return the run without the last share of its samples, still with its outcome `completed`."""
-    run, samples = given.run, len(given.run.clock)
+    run, samples = recording.run, len(recording.run.clock)
     kept = samples - math.ceil(share * samples - 1e-9)
     cut = ArrayMapper(lambda parts: parts[0][: max(2, kept - samples + len(parts[0]))])
     trajectory = run.trajectory
@@ -139,9 +139,9 @@ def _cut_end(given: Recording, share: float) -> Piece:
     return replace(run, clock=run.clock[:kept], trajectory=replace(trajectory, points=points, bodies=bodies))
 
 
-def other_branch_place(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
+def other_branch_place(recording: Recording) -> Iterator[tuple[str, DefectFunction]]:
     """Yield the only place of the defect "another branch", if the machine has another branch."""
-    other = find_other_assembly(given.reference)
+    other = find_other_assembly(recording.reference)
     if other is None:
         return
 
@@ -181,8 +181,8 @@ MechanismChanges = Callable[[Mechanism], Iterator[tuple[str, Callable[[float], M
 def _places_in_mechanism(changes: MechanismChanges) -> DefectPlaces:
     """Return the places of a defect that changes the mechanism of the reference."""
 
-    def plant(changed: Callable[[float], Mechanism], given: Recording, size: float) -> Recording:
-        return replace(given, reference=GenericReference(changed(size), given.reference.speed))
+    def plant(changed: Callable[[float], Mechanism], recording: Recording, size: float) -> Recording:
+        return replace(recording, reference=GenericReference(changed(size), recording.reference.speed))
 
     return lambda given: ((where, partial(plant, one)) for where, one in changes(given.reference.mechanism()))
 
@@ -213,22 +213,22 @@ def _link_length_changes(mechanism: Mechanism) -> Iterator[tuple[str, Callable[[
                 yield body.name, partial(_move_joint_point, mechanism, name, end, place, length)
 
 
-def length_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
+def length_places(recording: Recording) -> Iterator[tuple[str, DefectFunction]]:
     """Yield places of wrong lengths: pins of bodies, and with a cam all parameters in metres."""
 
     def scale_parameter(name: str, now: Recording, share: float) -> Recording:
         scene: Any = now.reference
         return replace(now, reference=scene.with_parameters(**{name: (1.0 + share) * scene.parameters[name]}))
 
-    yield from _places_in_mechanism(_link_length_changes)(given)
-    scene = given.reference
+    yield from _places_in_mechanism(_link_length_changes)(recording)
+    scene = recording.reference
     if isinstance(scene, Scene) and scene.mechanism().cam_contacts:
         for name, fact in scene.parameter_facts().items():
             if fact.unit == "m" and scene.parameters[name]:
                 yield name, partial(scale_parameter, name)
 
 
-def mass_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
+def mass_places(recording: Recording) -> Iterator[tuple[str, DefectFunction]]:
     """Yield the places of a wrong mass: all bodies."""
 
     def scale_mass(mechanism: Mechanism, name: str, share: float) -> Mechanism:
@@ -238,7 +238,7 @@ def mass_places(given: Recording) -> Iterator[tuple[str, DefectFunction]]:
     places = _places_in_mechanism(
         lambda machine: ((body.name, partial(scale_mass, machine, body.name)) for body in machine.bodies)
     )
-    yield from places(given)
+    yield from places(recording)
 
 
 def find_other_assembly(reference: ExactReference) -> Kinematics | None:

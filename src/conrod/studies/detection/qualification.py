@@ -89,7 +89,7 @@ def failure_reasons(result: JudgedResult) -> tuple[str, ...]:
 
 
 def examine_defect(
-    defect: Defect, given: Recording, judge: Judge, unseen: Collection[str] = ()
+    defect: Defect, recording: Recording, judge: Judge, unseen: Collection[str] = ()
 ) -> DefectVerdict | None:
     """Plant a kind of defect at each of its places; return the verdict on the least noticed one.
 
@@ -99,18 +99,20 @@ def examine_defect(
     Returns:
         None if the machine has no place for the defect.
     """
-    places = [(where, plant) for where, plant in defect.places(given) if where not in unseen]
-    found = [_examine_place(defect, where, plant, given, judge) for where, plant in places]
+    places = [(where, plant) for where, plant in defect.places(recording) if where not in unseen]
+    found = [_examine_place(defect, where, plant, recording, judge) for where, plant in places]
     # Among places where the defect is visible, the place counts at which the verdict notices least.
     return max(found, key=lambda one: (one.visible, not one.by, one.smallest or math.inf), default=None)
 
 
-def _examine_place(defect: Defect, where: str, plant: DefectFunction, given: Recording, judge: Judge) -> DefectVerdict:
+def _examine_place(
+    defect: Defect, where: str, plant: DefectFunction, recording: Recording, judge: Judge
+) -> DefectVerdict:
     """Plant a defect at one place, and search for the smallest size that is noticed."""
 
     def failures(size: float) -> tuple[str, ...]:
         try:
-            return failure_reasons(judge(plant(given, size)))
+            return failure_reasons(judge(plant(recording, size)))
         except InvalidInput:
             return ("cannot be put together",)
 
@@ -121,7 +123,7 @@ def _examine_place(defect: Defect, where: str, plant: DefectFunction, given: Rec
     if smallest is not None and not failures(-smallest):
         smallest = smallest_noticed_size(lambda size: bool(failures(-size)), defect.largest)
     visible = smallest is not None or (
-        _largest_change(judge(given), judge(plant(given, defect.largest))) > MIN_VISIBLE_CHANGE
+        _largest_change(judge(recording), judge(plant(recording, defect.largest))) > MIN_VISIBLE_CHANGE
     )
     return DefectVerdict(defect.name, defect.unit, where, defect.size, by, smallest, visible)
 
@@ -183,7 +185,7 @@ class QualificationCase(JudgedCase[ValidationResult]):
         motion = [examine_defect(defect, given, judge) for defect in self.defects]
         return healthy.with_qualification(Qualification(tuple(one for one in motion if one), self._examine_mass(given)))
 
-    def _examine_mass(self, given: Recording) -> tuple[DefectVerdict, ...]:
+    def _examine_mass(self, recording: Recording) -> tuple[DefectVerdict, ...]:
         """Return the verdict on wrong masses by the engine's forces; empty if these are not judged."""
         if not isinstance(self.loaded_engine, ForceReport):
             return ()
@@ -193,13 +195,13 @@ class QualificationCase(JudgedCase[ValidationResult]):
             return ()
         peaks = force_peaks(self.scene)
         judge = force_judge(result, tracks, law, peaks, self.scene.period / result.steps_per_revolution)
-        if judge(given).passed is not True:
+        if judge(recording).passed is not True:
             return ()
         # A mass that no force depends on at constant speed shows by the drive's ripple at most.
         names = [name for name in result.names if name not in (result.unsupported or {})]
         seen = {body for body, quality in visible_properties(self.scene, names, peaks) if quality == MASS_DEFECT.name}
         unseen = {body.name for body in self.scene.mechanism().bodies} - seen
-        found = examine_defect(MASS_DEFECT, given, judge, unseen)
+        found = examine_defect(MASS_DEFECT, recording, judge, unseen)
         return () if found is None else (found,)
 
 

@@ -123,8 +123,8 @@ class ForceResult(JudgedResult):
         """Return the likeness of each wrong mass that the errors look like, by "body.property"."""
         return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= MIN_LIKENESS}
 
-    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
-        allowed = {group: value for group, value in asked.items() if group in self.groups}
+    def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:
+        allowed = {group: value for group, value in tolerances.items() if group in self.groups}
         return replace(self, tolerance=allowed, reason_of_tolerance=AS_ASKED)
 
 

@@ -98,8 +98,8 @@ class MotionResult(JudgedResult):
             return float(np.max(found)) if found else None
         return None if self.energy is None else self.energy[measure]
 
-    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
-        return replace(self, tolerance=dict(asked))
+    def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:
+        return replace(self, tolerance=dict(tolerances))
 
 
 @dataclass(frozen=True)

@@ -115,13 +115,13 @@ def dead_centre_angles(scene: Scene) -> tuple[float, ...]:
 # -- order of declaration --------------------------------------------------------------------------------------------
 
 
-def permutation_numbers(setup: Setup, most: int) -> tuple[float, ...]:
-    """Return numbers of permutations of bodies and joints: of all, or of `most` of them.
+def permutation_numbers(setup: Setup, max_count: int) -> tuple[float, ...]:
+    """Return numbers of permutations of bodies and joints: of all, or of `max_count` of them.
 
     These are evenly spread over all, the first and the last included.
     """
     last = math.factorial(len(setup.mechanism.bodies)) * math.factorial(len(setup.mechanism.joints)) - 1
-    count = min(most, last + 1)
+    count = min(max_count, last + 1)
     return tuple(dict.fromkeys(float(round(k * last / max(count - 1, 1))) for k in range(count)))
 
 

@@ -15,11 +15,11 @@ from conrod.mechanism.units import parse_quantity
 SEPARATOR = ".."
 
 
-def complete_axes(context: click.Context, parameter: click.Parameter, begun: str) -> list[CompletionItem]:
+def complete_axes(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
     """Complete names of axes and pairs of axes."""
     from conrod.studies.limits.plan import SEARCHES
 
-    return completion.matching_names(SEARCHES, begun)
+    return completion.matching_names(SEARCHES, typed)
 
 
 @dataclass(frozen=True)

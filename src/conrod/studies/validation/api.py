@@ -54,7 +54,7 @@ def validate(
 
     Args:
         scenes: names, mechanism files or scenes; the four with a closed form where none is given.
-        engines: by name, or "all" that are installed; those that take part by themselves where none is given.
+        engines: names of engines, or "all" for the installed ones; the default engines where none is given.
         preset: preset of settings; all of them where none is given.
         steps_per_rev: time steps in one revolution of the crank; 1000, or 62832 for a cam in contact.
         revolutions: revolutions of the crank.
@@ -72,8 +72,9 @@ def validate(
     runs = runs or Runs()
     chosen, able = scenes_by_name(scenes), choose_engines(engines)
     presets = select_presets(able, preset)
-    most = MAX_KEPT_SAMPLES if qualify else MAX_STREAMED_SAMPLES  # a run in which defects are planted is recorded whole
-    plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, most)
+    # A run in which defects are planted is recorded whole.
+    max_samples = MAX_KEPT_SAMPLES if qualify else MAX_STREAMED_SAMPLES
+    plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, max_samples)
     words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
     check = None

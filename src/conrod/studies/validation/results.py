@@ -197,8 +197,8 @@ class ValidationResult(JudgedResult):
             return None if self.phase is None else self.phase["max"]
         return self.largest(name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max")
 
-    def _with_tolerances(self, asked: Mapping[str, float]) -> Self:
-        return replace(self, tolerance=Tolerance(**asked, reason=AS_ASKED))
+    def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:
+        return replace(self, tolerance=Tolerance(**tolerances, reason=AS_ASKED))
 
 
 SceneStudy = SceneResults[ValidationResult]
