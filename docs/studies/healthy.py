@@ -14,8 +14,8 @@ from conrod.engines.run import run_with_recorders
 from conrod.errors import InvalidInput
 from conrod.execution.result import JudgedCase, Plan
 from conrod.scenes import Scene
-from conrod.studies.validation.dynamic_mode import empty_result, prepare_run
-from conrod.studies.validation.results import ValidationResult
+from conrod.studies.validation.dynamic_mode import prepare_run
+from conrod.studies.validation.results import ValidationResult, empty_result
 
 PARAMETERS, SPEEDS = 0.2, math.log(5.0)  # largest change of a parameter, of the logarithm of the speed
 STEPS, CONTACT_STEPS = (100, 2000), (2000, 6000)  # of linkages; of a machine with a cam

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from table_files import csv_text, read, written
+from table_files import csv_text, read_file, write_file
 
 import conrod
 from conrod.exact.motion import Array
@@ -29,7 +29,7 @@ def exported() -> dict[str, Array]:
 
 
 def judge(columns: Mapping[str, Array], folder: Path, limits: Mapping[str, float] | None = None) -> TableStudy:
-    reading = read(written(folder, csv_text(columns)), SAW, links=("rod",))
+    reading = read_file(write_file(folder, csv_text(columns)), SAW, links=("rod",))
     return study_table("t.csv", "saw-40rpm", SAW, reading, (), limits or LIMITS)
 
 
@@ -42,7 +42,7 @@ def test_exported_rotations_are_judged_and_within(exported: dict[str, Array], tm
     assert [name for name in exported if name.split(" ")[0] in ROD] == [
         "angle_rod [rad]", "omega_rod [rad/s]", "alpha_rod [rad/s^2]",
     ]  # fmt: skip
-    table = written(tmp_path, csv_text(exported))
+    table = write_file(tmp_path, csv_text(exported))
     study: TableStudy = conrod.check_table(table, "saw-40rpm", tolerance=LIMITS)["table"]
     assert study.passed
     assert set(study.errors["rod"]) == set(LIMITS)

@@ -299,7 +299,7 @@ def test_observed_order_of_a_refinement_follows_its_errors(
     one = Refinement("run", "position", 400, path, formal)
     assert one.order == (None if order is None else pytest.approx(order, rel=1e-9))
     assert one.is_off is off
-    assert one.finest == pytest.approx(1e-6 * errors[-1])
+    assert one.finest_error == pytest.approx(1e-6 * errors[-1])
 
 
 def test_errors_near_rounding_have_no_order_that_is_off() -> None:
@@ -307,7 +307,7 @@ def test_errors_near_rounding_have_no_order_that_is_off() -> None:
         path = ((100, 4.0 * finest), (200, 2.0 * finest), (400, finest))
         assert Refinement("run", "position", 400, path, 4).is_off is off
     two = Refinement("run", "position", 400, ((100, 1e-3), (200, 1e-4), (400, None)), 4)
-    assert (two.finest, two.order, two.is_off) == (1e-4, None, True)
+    assert (two.finest_error, two.order, two.is_off) == (1e-4, None, True)
     # What shows no order does not have the first order.
     assert two._replace(formal=1).is_off
-    assert Refinement("run", "position", 400, ((100, None),), 4).finest == math.inf
+    assert Refinement("run", "position", 400, ((100, None),), 4).finest_error == math.inf

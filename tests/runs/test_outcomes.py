@@ -145,10 +145,10 @@ def test_run_is_lost_contact_when_follower_leaves_cam() -> None:
         assert found.outcome is expected
     first = f"{np.degrees(exact_states(cam).instants.angle[100]):.1f}"
     found = verdict(cam, moved(1, (0.0, 0.01), first=100))
-    assert found.largest is not None
+    assert found.sized_reason is not None
     assert (
         found.reason
-        == f"{cam.mechanism().cam_contacts[0].name}: gap up to {found.largest[1]:.3g} m, first near {first} deg"
+        == f"{cam.mechanism().cam_contacts[0].name}: gap up to {found.sized_reason[1]:.3g} m, first near {first} deg"
     )
 
 
@@ -156,8 +156,8 @@ def test_run_is_tunnelled_when_roller_centre_is_inside_cam() -> None:
     cam = CAM
     found = verdict(cam, moved(1, (0.0, -2.0 * cam.roller_radius), first=50))
     assert found.outcome is Outcome.TUNNELLED
-    assert found.largest is not None
-    name, deep = cam.mechanism().cam_contacts[0].name, found.largest[1]
+    assert found.sized_reason is not None
+    name, deep = cam.mechanism().cam_contacts[0].name, found.sized_reason[1]
     assert deep == pytest.approx(2.0 * cam.roller_radius)
     assert found.reason == f"{name}: the roller's centre is {deep:.3g} m deep"
 
@@ -193,7 +193,7 @@ def test_combine_verdicts_keeps_worse_outcome_and_larger_gap() -> None:
     stalled = verdict(SAW, with_rate(0.0, 100))
     assert combine_verdicts(small, stalled) == combine_verdicts(stalled, small) == stalled
     # A gap of another joint, or a depth, is not one of this: the earlier is told.
-    other = replace(large, reason="other", largest=("other: gap up to", 1.0, " m"))
+    other = replace(large, reason="other", sized_reason=("other: gap up to", 1.0, " m"))
     assert combine_verdicts(small, other) == small
     assert combine_verdicts(other, small) == other
     deep = RunVerdict.of_size(Outcome.LOST_CONTACT, "slider-pin: gap up to", 1.0)

@@ -81,7 +81,7 @@ def test_drawn_curve_has_largest_error_of_equal_spans(count: int, piece: int) ->
     errors[-1] = 2.0 * errors.max()
     for k in range(0, count, piece):
         curve.add(angles[k : k + piece], errors[k : k + piece], max(0, count - k - piece))
-    middles, largest = curve.arrays
+    middles, largest = curve.angles_and_errors
     assert len(middles) == len(largest) == min(180, count)
     assert largest[-1] == errors[-1]
     if count % 180 == 0:

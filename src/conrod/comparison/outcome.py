@@ -30,7 +30,9 @@ CHANGE_POINT_DISTANCE = 0.1
 
 @dataclass(frozen=True)
 class RunVerdict:
-    """How a run ended: its outcome, and the reason in words. Whether its errors pass is `JudgedResult.passed`.
+    """How a run ended: its outcome, and the reason in words.
+
+    Whether the errors of a completed run pass is another question, see `JudgedResult.passed`.
 
     Attributes:
         sized_reason: the reason in three parts if it states a size: words before, size [m], words after.
@@ -79,7 +81,14 @@ def judge_outcome(
         bodies: states of the run, or of a piece of it.
         before: verdict on the part of the run before the piece.
     """
-    rules = (_find_divergence, _find_explosion, _find_stall, _find_lost_contact, _find_open_joint, _find_branch_flip)
+    rules = (
+        _find_divergence,
+        _find_explosion,
+        _find_stopped_crank,
+        _find_contact_failure,
+        _find_open_joint,
+        _find_branch_flip,
+    )
     found = (verdict for rule in rules if (verdict := rule(kinematics, bodies, speed)) is not None)
     return combine_verdicts(before, next(found, RunVerdict(Outcome.COMPLETED)))
 
@@ -106,7 +115,7 @@ def _find_explosion(kinematics: Kinematics, bodies: BodyTracks, speed: float) ->
     return None
 
 
-def _find_stall(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
+def _find_stopped_crank(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
     """LOCKED or STALLED if the crank lost half its speed, near a limit of the linkage or elsewhere."""
     ratio = bodies.velocity.instants.rate / speed
     off = np.abs(ratio - 1.0) > MAX_SPEED_ERROR
@@ -121,7 +130,7 @@ def _find_stall(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> Run
     return RunVerdict(Outcome.STALLED, f"the drive was off its speed by half at {angle:.1f} deg")
 
 
-def _find_lost_contact(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
+def _find_contact_failure(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
     """TUNNELLED or LOST_CONTACT if a roller is inside its cam or off it."""
     for joint in kinematics.mechanism.cam_contacts:
         gap = joint_gaps(kinematics.mechanism, [bodies.position.poses])[joint.name]

@@ -147,7 +147,8 @@ class RecordedPiece:
 
     Attributes:
         clock: the engine's clock at the samples of this piece [s]; None if it has no clock.
-        finish_verdict: returns the verdict on the run so far, given the verdict on its motion alone.
+        finish_verdict: returns the verdict on the run so far, given the verdict on its motion alone; engines with
+            warnings of their own add these.
     """
 
     bodies: BodyTracks

@@ -80,8 +80,8 @@ def load_work(kinematics: Kinematics, speed: float) -> float:
     """Energy [J] that loads exchange per revolution, or over the driver's span, at a crank speed [rad/s]."""
     mechanism = kinematics.mechanism
     angles, (first, last) = kinematics.angles(CRANK_SAMPLES), kinematics.span
-    poses, slopes = kinematics.derivatives(angles, 1)
-    bodies, work = pose_jets(mechanism, [poses, slopes]), 0.0
+    poses, derivative = kinematics.derivatives(angles, 1)
+    bodies, work = pose_jets(mechanism, [poses, derivative]), 0.0
     for load in mechanism.loads:
         value, slope = (np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients)
         power = load.law.force(value, slope * speed, angles / speed) * slope

@@ -115,7 +115,7 @@ class Case(ABC):
         return self.result_type(outcome.slug, reason)
 
     def restore_result(self, saved: Mapping[str, Any]) -> CaseResult:
-        """Restore a result of this case from plain values: its own, or outcome and reason of a failed call.
+        """Restore a result of this case from plain values, or from outcome and reason of a failed call.
 
         Raises:
             InvalidInput: the values are of another kind.

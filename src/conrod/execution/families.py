@@ -42,7 +42,7 @@ def split_values(name: str, text: str) -> Value:
 
 
 def members_of(name: str, scene: Scene, values: Mapping[str, Value]) -> dict[str, Scene]:
-    """Return the members of a family by name; the scene by its own name if no parameter has several values.
+    """Return the members of a family by name; only the scene if no parameter has several values.
 
     Args:
         name: name of the scene, with which the names of its members begin.

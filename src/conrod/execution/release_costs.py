@@ -22,7 +22,7 @@ BLOCK_TIMEOUT = 60.0  # [s] for a block of some ms
 
 
 class ReleaseTimer:
-    """Times runs in releases of an engine, each in a process of its own, which starts when it is first asked for."""
+    """Times runs in releases of an engine, each release in a separate process, started at its first run."""
 
     def __init__(self, requirement: Callable[[str], str]) -> None:
         """Start no process yet.

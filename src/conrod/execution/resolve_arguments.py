@@ -213,7 +213,7 @@ def arguments_of_files(names: Sequence[str]) -> dict[str, str]:
 
 
 def arguments_of_members(names: Sequence[str], assignments: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """Words that give each machine by itself, by the names that `select_scenes` gives; empty if there is no family."""
+    """Arguments that select each machine alone, by the names of `select_scenes`; empty without a family."""
     scenes = _find_scenes(names or list(SCENES))
     values = assigned_values(scenes, assignments)
     if all(isinstance(one, str) for one in values.values()):

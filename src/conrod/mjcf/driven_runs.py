@@ -52,7 +52,7 @@ LIMIT_ROUNDING = 1e-6  # of a limit, that a motion may be and is rounding [rad, 
 def with_settings(
     model: mujoco.MjModel, label: str, step: float, period: float, *, idle: bool = False, contact: bool = False
 ) -> mujoco.MjModel:
-    """Copy a model with its own or a preset's settings, a step [s], and a converging solver.
+    """Copy a model with the file's or a preset's settings, a step [s], and a converging solver.
 
     Contacts and closures alike get a preset's.
 
@@ -160,10 +160,7 @@ def is_on_other_branch(
 
 
 def _relative(found: Mapping[str, Array], exact: Mapping[str, Array]) -> dict[str, float]:
-    """Largest deviation of each force over its largest exact value; unknown exact values are left out.
-
-    Those are left out of which nothing is known.
-    """
+    """Largest deviation of each force over its largest exact value, without wholly unknown forces."""
     known = {name: truth for name, truth in exact.items() if not np.all(np.isnan(truth))}
     sizes = {name: float(np.nanmax(np.abs(truth))) for name, truth in known.items()}
     least = max(NO_FORCE * max(sizes.values(), default=0.0), 1e-300)

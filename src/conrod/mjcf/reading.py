@@ -46,14 +46,15 @@ def tree_of(model: mujoco.MjModel, start: Array) -> SpatialTree:
     acting = [] if disabling_flag(model) else np.flatnonzero(model.eq_active0).tolist()
     closures = tuple(_closure(model, k) for k in acting)
     bodies = tuple(_body(model, k) for k in range(model.nbody))
-    points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _moves(model, k)}
-    sites = (k for k in range(model.nsite) if _moves(model, int(model.site_bodyid[k])))
-    points |= {name_or_number(model, "site", k): _of_site(model, k) for k in sites}
+    points = {body.name: SpatialPoint(k, np.zeros(3)) for k, body in enumerate(bodies) if _is_movable(model, k)}
+    sites = (k for k in range(model.nsite) if _is_movable(model, int(model.site_bodyid[k])))
+    points |= {name_or_number(model, "site", k): _site_point(model, k) for k in sites}
     gravity = np.zeros(3) if model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else model.opt.gravity.copy()
     return SpatialTree(bodies, closures, points, gravity, np.array(start, dtype=float), _unmodelled_inertia(model))
 
 
-def _moves(model: mujoco.MjModel, body: int) -> bool:
+def _is_movable(model: mujoco.MjModel, body: int) -> bool:
+    """True if a joint moves the body against the world."""
     return bool(model.body_dofnum[model.body_weldid[body]])
 
 
@@ -91,7 +92,8 @@ def _joint(model: mujoco.MjModel, j: int) -> SpatialJoint:
     return replace(made, range=(float(model.jnt_range[j, 0]), float(model.jnt_range[j, 1]))) if limited else made
 
 
-def _of_site(model: mujoco.MjModel, k: int) -> SpatialPoint:
+def _site_point(model: mujoco.MjModel, k: int) -> SpatialPoint:
+    """Point of a site, by the index of the site."""
     return SpatialPoint(int(model.site_bodyid[k]), model.site_pos[k].copy())
 
 
@@ -108,7 +110,7 @@ def _closure(model: mujoco.MjModel, k: int) -> SpatialClosure:
         references = tuple(float(rests[k]) if k >= 0 else 0.0 for k in (one, two))
         return SpatialClosure(name, kind, sums=sums, references=references, polynomial=tuple(data[:5].tolist()))
     if int(model.eq_objtype[k]) == SITE:
-        points = (_of_site(model, one), _of_site(model, two))
+        points = (_site_point(model, one), _site_point(model, two))
         first, second = (_rotation(model.site_quat[s]) for s in (one, two))
         return SpatialClosure(name, kind, points, first @ second.T if kind == "weld" else None)
     if kind == "connect":
@@ -118,6 +120,7 @@ def _closure(model: mujoco.MjModel, k: int) -> SpatialClosure:
 
 
 def _joint_sum(model: mujoco.MjModel, name: str, joint: int) -> dict[int, float]:
+    """Return the coefficient 1 of a hinge or slide, by its degree of freedom."""
     if (kind := joint_kind(model, joint)) not in ("hinge", "slide"):
         raise InvalidInput(f"{name}: it couples {name_or_number(model, 'joint', joint)}, a {kind} joint")
     return {int(model.jnt_dofadr[joint]): 1.0}

@@ -99,7 +99,7 @@ def stated_source(content: bytes) -> str:
 
 
 def package_hash(name: str) -> tuple[str, str, str]:
-    """Version of an installed distribution, SHA-256 of its content, and what was hashed, in words.
+    """Version of an installed distribution, SHA-256 of its content, and the content hashed, in words.
 
     Hashed is the wheel's RECORD, which lists the SHA-256 of each file: sorted, and without files that an installer
     adds, so that the hash is the same on every machine. Of an installed source tree the files are hashed.

@@ -193,8 +193,8 @@ class Box2DStepper:
 
     def __init__(self, machine: Machine, settings: Box2DSettings, angle: float | None = None) -> None:
         angle = run_extent(machine, 1, 1.0)[0] if angle is None else angle
-        poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
-        self.made = build(machine.kinematics.mechanism, settings, poses[0], slopes[0] * machine.speed)
+        poses, derivative = machine.kinematics.derivatives(np.array([angle]), 1)
+        self.made = build(machine.kinematics.mechanism, settings, poses[0], derivative[0] * machine.speed)
         mechanism = self.made.mechanism
         self._start, self._spin = mechanism.crank_turn(angle), mechanism.driver.sense * machine.speed
         self._settings, self._steps, self._whole = settings, 0, 0.0

@@ -164,13 +164,13 @@ class ExudynStepper:
 
     def __init__(self, machine: Machine, settings: ExudynSettings, angle: float | None = None) -> None:
         angle = run_extent(machine, 1, 1.0)[0] if angle is None else angle
-        poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
+        poses, derivative = machine.kinematics.derivatives(np.array([angle]), 1)
         mechanism, speed = machine.kinematics.mechanism, machine.speed
         self.failure, self._step = "", settings.timestep
         self._settings = _simulation_settings(settings)
         self._solver = exudyn.MainSolverImplicitSecondOrder()
         with silence_output():
-            self._made = build(mechanism, poses[0], slopes[0] * speed, mechanism.driver.sense * speed)
+            self._made = build(mechanism, poses[0], derivative[0] * speed, mechanism.driver.sense * speed)
             self._call_solver("the initial accelerations", self._solver.InitializeSolver)
 
     def __call__(self, steps: int) -> None:

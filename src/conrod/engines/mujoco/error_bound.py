@@ -65,22 +65,28 @@ class DrivenCourse:
 
     @classmethod
     def sample_course(cls, machine: Machine, start_angle: float, step: float, constant: float) -> DrivenCourse:
-        """Sample the exact states of a run until its gaps repeat: from an angle [rad], or over the driver's span."""
+        """Sample the exact states of a run until its gaps repeat, or over the driver's span.
+
+        Args:
+            start_angle: crank angle [rad] at the start; an input that makes one pass starts at an end of its span.
+            step: step of the run [rad].
+            constant: time constant c of the closures [rad].
+        """
         kinematics, sense = machine.kinematics, math.copysign(1.0, machine.speed)
-        spacing, way, span = max(step, MIN_SPACING), 2.0 * math.pi, kinematics.mechanism.driver.span
+        spacing, length, span = max(step, MIN_SPACING), 2.0 * math.pi, kinematics.mechanism.driver.span
         if span is not None:
-            start_angle, way = span[0] if sense > 0.0 else span[1], span[1] - span[0]
+            start_angle, length = span[0] if sense > 0.0 else span[1], span[1] - span[0]
         elif kinematics.repeats:
-            way *= math.ceil(1.0 + START_TIME_CONSTANTS * constant / way)
+            length *= math.ceil(1.0 + START_TIME_CONSTANTS * constant / length)
         else:
-            way *= 2.0
-        even = spacing * np.arange(math.floor(way / spacing * (1.0 + 1e-12)) + 1)
-        early = np.arange(0.0, min(OPENING_DURATION * constant, way), max(step, OPENING_SPACING * constant))
-        ways = np.union1d(even, early) if spacing > step else even
-        ways = ways[np.diff(ways, prepend=-step) > MERGED_SPACING * step]
-        angles: Array = np.asarray(start_angle + sense * ways, dtype=float)
-        poses, slopes, bends = kinematics.derivatives(angles, 2)
-        return cls(kinematics, sense, angles, (poses, sense * slopes, bends))
+            length *= 2.0
+        even = spacing * np.arange(math.floor(length / spacing * (1.0 + 1e-12)) + 1)
+        early = np.arange(0.0, min(OPENING_DURATION * constant, length), max(step, OPENING_SPACING * constant))
+        travel = np.union1d(even, early) if spacing > step else even
+        travel = travel[np.diff(travel, prepend=-step) > MERGED_SPACING * step]
+        angles: Array = np.asarray(start_angle + sense * travel, dtype=float)
+        poses, first, second = kinematics.derivatives(angles, 2)
+        return cls(kinematics, sense, angles, (poses, sense * first, second))
 
     def joint_gaps(self, states: list[Array], ahead: float = 0.0) -> Array:
         """Gaps of all joints (T, 3 n) at given states, or their rates or accelerations, by the last state given."""

@@ -106,8 +106,8 @@ class MuJoCoModel:
 
     def start_state(self, machine: Machine, angle: float) -> tuple[Array, Array]:
         """Coordinates (nq,) and rates (nv,) of the exact motion at a crank angle [rad]."""
-        poses, slopes = machine.kinematics.derivatives(np.array([angle]), 1)
-        return self.coordinates(poses)[0], self.rates(poses, slopes * machine.speed)[0]
+        poses, derivative = machine.kinematics.derivatives(np.array([angle]), 1)
+        return self.coordinates(poses)[0], self.rates(poses, derivative * machine.speed)[0]
 
     def coordinates(self, poses: Array) -> Array:
         """Coordinates qpos (T, nq) [rad, m] of the model from poses (T, 3 n)."""

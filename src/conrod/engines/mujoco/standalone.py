@@ -28,11 +28,11 @@ def standalone_mjcf(
     if settings is None:
         settings = MuJoCoSettings.tuned(machine, steps_per_revolution or default_steps(machine))
     kinematics = machine.kinematics
-    poses, slopes = kinematics.derivatives(np.array([run_extent(machine, 1, 1.0)[0]]), 1)
+    poses, derivative = kinematics.derivatives(np.array([run_extent(machine, 1, 1.0)[0]]), 1)
     # Coordinates are zero in the model's start pose; an input that makes one pass starts where the pass does.
     turns = kinematics.mechanism.driver.span is None
     tree = grow_spanning_tree(kinematics.mechanism, kinematics.start[0] if turns else poses[0])
-    rates = tree.rates(poses, slopes * machine.speed)[0]
+    rates = tree.rates(poses, derivative * machine.speed)[0]
     dress = Presentation(_header(name, machine, settings, tree), tuple(float(rate) for rate in rates))
     return mjcf_text(tree, settings, f"conrod-{name}", dress)
 

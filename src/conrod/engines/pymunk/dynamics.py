@@ -172,8 +172,8 @@ def build_at_angle(machine: Machine, settings: PymunkSettings, start_angle: floa
     """Build the machine's space in the exact state at a crank angle [rad]."""
     made = build(machine, settings)
     apply_edits(made, settings)
-    poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
-    made.set_states(poses[0], slopes[0] * machine.speed)
+    poses, derivative = machine.kinematics.derivatives(np.array([start_angle]), 1)
+    made.set_states(poses[0], derivative[0] * machine.speed)
     return made
 
 

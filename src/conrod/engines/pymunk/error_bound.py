@@ -85,8 +85,8 @@ def first_sample_errors(machine: Machine, steps: int, start: float) -> list[floa
     # Velocities belong to half a step later, when a pass may have ended.
     count = max(1, min(FIRST_SAMPLES, round(turns * steps)))
     mechanism, h = with_crank_centred(kinematics.mechanism), step_length(machine, steps)
-    poses, slopes = kinematics.derivatives(np.array([start]), 1)
-    states = [centres_from_frames(mechanism, poses, speed * slopes)]
+    poses, derivative = kinematics.derivatives(np.array([start]), 1)
+    states = [centres_from_frames(mechanism, poses, speed * derivative)]
     for n in range(1, count):
         place, rate = states[-1]
         poses = frames_from_centres(mechanism, place + h * rate, rate)[0]
@@ -176,8 +176,8 @@ def weight_rounding(machine: Machine, h: float) -> list[float]:
     """
     kinematics, speed = machine.kinematics, abs(machine.speed)
     mechanism, angles = kinematics.mechanism, kinematics.angles(CRANK_SAMPLES)
-    poses, slopes = kinematics.derivatives(angles, 1)
-    forces = applied_forces(mechanism, poses, machine.speed * slopes, angles / machine.speed)[:, :, :2]
+    poses, derivative = kinematics.derivatives(angles, 1)
+    forces = applied_forces(mechanism, poses, machine.speed * derivative, angles / machine.speed)[:, :, :2]
     masses = np.array([body.mass for body in mechanism.bodies])
     own = forces / np.where(masses > 0.0, masses, np.inf)[:, None]
     largest = float(np.linalg.norm(own + np.asarray(mechanism.gravity), axis=2).max())

@@ -22,7 +22,7 @@ def numbers(values: Iterable[float]) -> str:
 
 
 def string_literal(name: str) -> str:
-    """A name as a Python string literal, whatever characters it has."""
+    """A name, with any characters, as a Python string literal."""
     return json.dumps(name, ensure_ascii=False)
 
 

@@ -51,10 +51,10 @@ def standalone_module(name: str, machine: DescribedMachine, settings: PymunkSett
         raise InvalidInput(f"{name}: {reason}")
     mechanism = machine.kinematics.mechanism
     start_angle, revolutions = run_extent(machine, settings.steps_per_revolution, 2.0)
-    poses, slopes = machine.kinematics.derivatives(np.array([start_angle]), 1)
+    poses, derivative = machine.kinematics.derivatives(np.array([start_angle]), 1)
     driven = build_at_angle(machine, settings, start_angle)
     undriven = build_free(mechanism, settings, poses[0])
-    undriven.set_states(poses[0], slopes[0] * machine.speed)
+    undriven.set_states(poses[0], derivative[0] * machine.speed)
     makes_a_pass = mechanism.driver.span is not None
     return _render(
         driven,
@@ -80,7 +80,6 @@ def standalone_free_module(
     Args:
         start: exact poses and rates (3 n,) of all bodies.
         motor: whether the crank has a motor, whose rate is an argument of the module's `build`.
-
 
     Raises:
         InvalidInput: pymunk cannot have the machine; says why.

@@ -206,7 +206,7 @@ def pack_batch(files: Mapping[str, str | bytes], place: Path) -> Batch:
 
 
 def exact_columns(scene: Scene, samples: int, revolutions: float) -> dict[str, tuple[str, Array]]:
-    """Return the columns of the exact trajectory: name -> (unit, values (T,)); last those of the links that rotate.
+    """Return the columns of the exact trajectory, name -> (unit, values (T,)); links' rotations come last.
 
     Args:
         samples: instants in a revolution, equally spaced; the last instant of the run is included.

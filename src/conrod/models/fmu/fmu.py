@@ -92,7 +92,8 @@ def choose_variables(fmu: FmuDescription, points: Sequence[str], request: Column
     more = ", ..." if len(outputs) > MAX_LISTED_HEADINGS else ""
     listed = f"its outputs are {', '.join(outputs[:MAX_LISTED_HEADINGS]) or 'none'}{more}"
     columns = [Column(TIME, 0, TIME, "s", 1.0, "FMI")]
-    written = {rotation_column(q, link): f"{link}.{name}" for link in request.links for q, name in WRITTEN_NAMES.items()}
+    names = WRITTEN_NAMES.items()
+    written = {rotation_column(q, link): f"{link}.{name}" for link in request.links for q, name in names}
     for quantity, dimension in quantities(points, request.links).items():
         own = next((name for name in (quantity, written.get(quantity)) if name in outputs), None)
         name = request.columns.get(quantity, own)

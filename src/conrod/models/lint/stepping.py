@@ -48,7 +48,7 @@ def step_too_long(bench: LintBench) -> Iterator[Finding]:
 
 
 def longest_stable(bench: LintBench) -> LintBench | None:
-    """The model with the longest stable step of h, h/2, h/4, .., h its own; None if none is stable."""
+    """The model with the longest stable step of h, h/2, h/4, .., from its step h; None if none is stable."""
     trial = bench
     for _ in range(MAX_HALVINGS):
         if is_stable(trial, trial.finer):

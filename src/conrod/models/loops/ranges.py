@@ -52,7 +52,7 @@ def is_folded(machine: DrivenTree, inside: Array) -> bool:
 
 
 def closed_pose_inside(machine: DrivenTree) -> Array | None:
-    """The closed pose (nq, 1) at time 0 with loop joints inside their ranges, nearest the start; None if none."""
+    """The closed pose (nq, 1) at time 0 nearest the start with loop joints in their ranges; None if impossible."""
     tree, random, found = machine.tree, np.random.default_rng(1), list[Array]()
     clamped = tree.start[:, None].copy()
     for joint in joints_outside(tree, tree.start):

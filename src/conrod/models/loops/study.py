@@ -308,7 +308,7 @@ class _LoopBench:
         return shipped_run(self.machine.tree, model, data, self.seconds, words, travel)
 
     def _compare_with_laws(self, shipped: ShippedRun, motion: SpatialMotion, travel: float) -> ShippedRun:
-        """Add how a completed own run that something drives differs from the laws of the drives."""
+        """Compare a driven, completed run of the file with the drives' laws, and add the result."""
         if not shipped.driven or shipped.failed:
             return shipped
         data, _ = data_at_start(self.model, self.question.keyframe, self.question.controls)

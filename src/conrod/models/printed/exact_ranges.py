@@ -40,7 +40,7 @@ def exact_values(rows: Sequence[PrintedRow], angles: Array) -> Array:
 
 
 def in_printed_turn(rows: Sequence[PrintedRow], values: Array) -> Array:
-    """Values (N,) in the printed unit; of links' angles those that differ by whole turns and are next to the print."""
+    """Values (N,) in the printed unit; links' angles are shifted by whole turns, to be next to the print."""
     if rows[0].quantity[1] != "rotation":
         return values
     turn, printed = REVOLUTION * rows[0].factor, np.array([row.number.value for row in rows])
@@ -54,7 +54,7 @@ def angle_roundings(rows: Sequence[PrintedRow]) -> Array:
 
 
 def exact_ranges(rows: Sequence[PrintedRow]) -> Array:
-    """Least and largest exact value (2, N) over the angles that are printed as those of the rows."""
+    """Least and largest exact value (2, N) over the crank angles that round to the printed ones."""
     sides = np.linspace(-1.0, 1.0, ROUNDING_SAMPLES) if (by := angle_roundings(rows)).any() else np.zeros(1)
     degrees = np.array([row.degrees for row in rows]) + sides[:, None] * by
     found = exact_values(list(rows) * len(sides), np.radians(degrees.ravel())).reshape(degrees.shape)

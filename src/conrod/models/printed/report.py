@@ -57,7 +57,7 @@ def console_lines(audited: AuditedDocument, max_lines: int) -> Iterator[str]:
 
 
 def cause_lines(audited: AuditedDocument) -> Iterator[str]:
-    """Yield each cause with the lines that it explains, and those of its columns that it does not."""
+    """Yield each cause with the lines that it explains, and the lines of its columns that it leaves."""
     causes = dict.fromkeys(v.cause for v in audited.verdicts if v.cause and v.kind in SYSTEMATIC_KINDS)
     for cause in filter(None, causes):
         lines = [v.line for v in audited.verdicts if v.cause == cause]
@@ -67,7 +67,7 @@ def cause_lines(audited: AuditedDocument) -> Iterator[str]:
 
 
 def _lines_text(lines: Sequence[int]) -> str:
-    """Say the numbers of lines, those of a column by its ends."""
+    """List line numbers; of many, the first and the last."""
     if len(lines) <= MAX_LISTED_LINES:
         return f"line{'s' * (len(lines) != 1)} {', '.join(map(str, lines))}"
     return f"lines {lines[0]} to {lines[-1]}"

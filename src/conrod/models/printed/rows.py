@@ -147,7 +147,7 @@ def _quantity(scene: Scene, text: str) -> tuple[str, str, str]:
 
 
 def _rotation(links: Collection[str], link: str, name: str) -> tuple[str, str, str]:
-    """Check the link and the quantity of its rotation, and return them as those of a row."""
+    """Check a link and the quantity of its rotation, and return them as `PrintedRow` has them."""
     for kind, given, choices in (("link", link, links), ("quantity of a link", name, ROTATION_NAMES)):
         if given not in choices:
             raise unknown_choice(kind, given, choices)

@@ -37,6 +37,10 @@ def exact_travels(table: TableComparison, quantity: str) -> dict[str, float]:
 def check_moving(table: TableComparison, tolerance: Mapping[str, float], asked: Collection[str]) -> None:
     """Refuse a tolerance that limits no moving column: a column that stands still is always within it.
 
+    Args:
+        tolerance: allowed errors by name, see `clock_limits`.
+        asked: names of the tolerances that the user gave.
+
     Raises:
         InvalidInput: names the columns that stand still, and some that move.
     """

@@ -50,7 +50,7 @@ def check_estimated(names: Sequence[str]) -> tuple[str, ...]:
     """Check the names of quantities to estimate, and drop repeated ones.
 
     Raises:
-        InvalidInput: something that is not estimated.
+        InvalidInput: a name is no quantity that can be estimated.
     """
     for name in names:
         if name not in ESTIMABLE:

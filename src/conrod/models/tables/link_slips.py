@@ -30,7 +30,7 @@ def factors_both_ways(units: Mapping[tuple[str, str], float]) -> Iterator[tuple[
 
 
 def link_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
-    """Undo slips in the columns of links' rotations; those that concern all of them come first."""
+    """Undo slips in the columns of links' rotations; slips of all columns come first."""
     if not table.rotation_columns:
         return
     own = tuple(quantity for quantity in ROTATIONS if table.links(quantity))
@@ -54,7 +54,7 @@ def _columns(table: TableComparison, quantities: Sequence[str]) -> list[str]:
 
 
 def _zero_slips(table: TableComparison) -> Iterator[Hypothesis]:
-    """Undo angles that are counted from another line of the link than its own x axis."""
+    """Undo angles that are counted from another line of the link than the link's x axis."""
     offsets = {link: float(table.rotation_difference("rotation", link).mean()) for link in table.links("rotation")}
     if not offsets:
         return

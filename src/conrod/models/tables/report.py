@@ -57,7 +57,7 @@ def verdict_text(study: TableStudy) -> str:
 
 
 def _in_words(name: str) -> str:
-    """Return the name of an error as it is printed: those of links' rotations without underscore."""
+    """Return the name of an error as it is printed, without underscore."""
     return name.replace("angular_", "angular ")
 
 

@@ -24,8 +24,14 @@ from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceCompari
 from conrod.studies.forces.mass_likeness import mass_likenesses, visible_properties
 from conrod.studies.forces.results import ForceResult
 from conrod.studies.forces.study import ForcePlan, record_forces
-from conrod.studies.validation.dynamic_mode import empty_result, prepare_run
-from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
+from conrod.studies.validation.dynamic_mode import prepare_run
+from conrod.studies.validation.results import (
+    DefectVerdict,
+    Qualification,
+    SceneStudy,
+    ValidationResult,
+    empty_result,
+)
 
 SIZE_RATIO = 1.1  # resolution of the smallest noticed size
 # A defect that at its largest size changes no judged error by this share of its tolerance is invisible.

@@ -34,7 +34,7 @@ MAX_ORDERS = 24
 
 
 def _count_formatter(noun: str) -> Callable[[Setup, float], str]:
-    """Return a function that writes a whole number with its noun: 1 iteration, 2 iterations."""
+    """Return a function that writes a whole number with a noun whose plural has an s: 2 iterations."""
     return lambda setup, value: f"{round(value)} {noun}{'' if value == 1.0 else 's'}"
 
 
@@ -169,56 +169,65 @@ AXIS_TABLE = (
     Axis(
         "steps", "Steps per revolution", "steps per revolution", Scale.COUNT,
         lambda setup, value: setup.case_with(setup.settings(steps=round(value))),
-        20000.0, 2.0, (2.0, 1e6), ends=lambda setup: ((20000.0, float(setup.min_steps)),),
+        safe_end=20000.0, failing_end=2.0, allowed=(2.0, 1e6), ends=lambda setup: ((20000.0, float(setup.min_steps)),),
         text=lambda setup, value: f"{round(value)} steps",
     ),
     Axis(
         "speed", "Crank speed at a fixed step of 0.6 ms", "crank speed [rpm]", Scale.LOG, _case_at_speed,
-        1.0, 50000.0, (1.0, 50000.0), ends=lambda setup: ((1.0, min(50000.0, STEPS_AT_ONE_RPM / setup.min_steps)),),
+        safe_end=1.0, failing_end=50000.0, allowed=(1.0, 50000.0),
+        ends=lambda setup: ((1.0, min(50000.0, STEPS_AT_ONE_RPM / setup.min_steps)),),
         text=lambda setup, value: f"{_nearest_speed(value):.4g} rpm ({_steps_at_speed(value)} steps)",
         nearest=_nearest_speed,
     ),
     Axis(
         "mass-ratio", "Mass of the slider over that of the rod", "mass of slider : rod", Scale.LOG,
         lambda setup, value: setup.case_of_variant(machines.with_mass_ratio(setup, value)),
-        1.0, 1e6, (1e-6, 1e6), machines.mass_ratio_refusal, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+        safe_end=1.0, failing_end=1e6, allowed=(1e-6, 1e6),
+        missing_reason=machines.mass_ratio_refusal, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
         "mass-ratio-at-iterations", "Mass ratio at the iterations of the machine as it is", "mass of slider : rod",
-        Scale.LOG, _case_at_fixed_iterations, 1.0, 1e6, (1e-6, 1e6),
-        _fixed_iterations_refusal, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
+        Scale.LOG, _case_at_fixed_iterations,
+        safe_end=1.0, failing_end=1e6, allowed=(1e-6, 1e6),
+        missing_reason=_fixed_iterations_refusal, ends=lambda setup: ((1.0, 1e6), (1.0, 1e-6)),
     ),
     Axis(
         "nearness", "Nearness to the change point", "length over its limit (crank : rod, or offset : rod - crank)",
         Scale.NEARNESS,
         _case_near_change_point,
-        0.1, 1.0 - 1e-9, (0.01, 1.0 - 1e-9), machines.change_point_refusal,
+        safe_end=0.1, failing_end=1.0 - 1e-9, allowed=(0.01, 1.0 - 1e-9),
+        missing_reason=machines.change_point_refusal,
         text=lambda setup, value: f"{value:.3g}" if value < 0.99 else f"1 - {1.0 - value:.3g}",
     ),
     Axis(
         "stabilisation", "Time constant of stabilisation", "time constant (steps)", Scale.LOG, _case_with_time_constant,
-        1000.0, 0.1, (0.01, 1e6), Setup.variation_refusal, ends=_time_constant_ends,
+        safe_end=1000.0, failing_end=0.1, allowed=(0.01, 1e6),
+        missing_reason=Setup.variation_refusal, ends=_time_constant_ends,
         text=lambda setup, value: f"{value:.4g} steps",
     ),
     Axis(
         "regularisation", "Regularisation left", "share of the engine's own regularisation (contact: 1 - impedance)",
-        Scale.LOG, _case_with_regularisation, 1.0, 1e-15, (1e-15, 1.0), _regularisation_refusal,
+        Scale.LOG, _case_with_regularisation,
+        safe_end=1.0, failing_end=1e-15, allowed=(1e-15, 1.0),
+        missing_reason=_regularisation_refusal,
         ends=lambda setup: ((SAFE_CONTACT_SHARE, MIN_CONTACT_SHARE) if setup.has_contact else (1.0, 1e-15),),
         text=_share_text,
     ),
     Axis(
         "iterations", "Solver iterations", "iterations allowed in a step", Scale.COUNT,
         lambda setup, value: setup.case_with(with_fields(setup.settings(), iterations=round(value))),
-        1000.0, 1.0, (1.0, 1e5), Setup.variation_refusal, text=_count_formatter("iteration"),
+        safe_end=1000.0, failing_end=1.0, allowed=(1.0, 1e5),
+        missing_reason=Setup.variation_refusal, text=_count_formatter("iteration"),
     ),
     Axis(
         "run-length", "Length of the run", "revolutions", Scale.COUNT, _case_of_length,
-        1.0, 1000.0, (1.0, 1e6), _one_pass_refusal("and no more"), text=_count_formatter("revolution"),
+        safe_end=1.0, failing_end=1000.0, allowed=(1.0, 1e6),
+        missing_reason=_one_pass_refusal("and no more"), text=_count_formatter("revolution"),
     ),
     Axis(
         "length-unit", "Unit of length", "numbers of all lengths over those in metres", Scale.LOG,
         lambda setup, value: setup.case_of_variant(setup.variant(**machines.rescaled_parameters(setup.scene, value))),
-        1.0, 1e3, (1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)),
+        safe_end=1.0, failing_end=1e3, allowed=(1e-3, 1e3), ends=lambda setup: ((1.0, 1e3), (1.0, 1e-3)),
         text=lambda setup, value: f"x {value:.4g}",
     ),
     Axis(
@@ -241,19 +250,22 @@ AXIS_TABLE = (
     Axis(
         "float", "Speed against preload", "crank speed over the float speed", Scale.LOG,
         lambda setup, value: setup.case_of_variant(machines.with_float_speed_share(setup, value)),
-        0.2, 5.0, (0.01, 100.0), machines.float_refusal, text=lambda setup, value: f"{value:.4g} x the float speed",
+        safe_end=0.2, failing_end=5.0, allowed=(0.01, 100.0),
+        missing_reason=machines.float_refusal, text=lambda setup, value: f"{value:.4g} x the float speed",
     ),
     Axis(
         "flank-radius", "Flank radius towards its minimum", "flank radius over the least one [mm]", Scale.LOG,
         lambda setup, value: setup.case_of_variant(machines.with_flank_excess(setup, value)),
-        45.5, machines.MIN_FLANK_EXCESS, (machines.MIN_FLANK_EXCESS, 1000.0), machines.flank_refusal,
+        safe_end=45.5, failing_end=machines.MIN_FLANK_EXCESS, allowed=(machines.MIN_FLANK_EXCESS, 1000.0),
+        missing_reason=machines.flank_refusal,
         ends=lambda setup: ((machines.flank_excess(setup), machines.MIN_FLANK_EXCESS),),
         text=_flank_excess_text,
     ),
     Axis(
         "nose-radius", "Nose radius towards zero", "nose radius [mm]", Scale.LOG,
         lambda setup, value: setup.case_of_variant(machines.with_nose_radius(setup, value)),
-        29.0, 0.01, (0.001, 1e6), machines.cam_refusal,
+        safe_end=29.0, failing_end=0.01, allowed=(0.001, 1e6),
+        missing_reason=machines.cam_radii_refusal,
         ends=lambda setup: ((setup.scene.parameters["nose_radius"] / machines.MILLIMETRE, 0.01),),
         text=lambda setup, value: f"{value:.3g} mm",
     ),

@@ -177,7 +177,7 @@ def flank_refusal(setup: Setup) -> str | None:
     """Return why a flank radius cannot be varied, None if it can."""
     if isinstance(setup.scene, CamFollower) and setup.scene.is_one_circle:
         return f"the {setup.scene.kind} has its least flank radius already"
-    return cam_refusal(setup)
+    return cam_radii_refusal(setup)
 
 
 def with_nose_radius(setup: Setup, radius: float) -> Scene:
@@ -187,7 +187,7 @@ def with_nose_radius(setup: Setup, radius: float) -> Scene:
     return setup.variant(nose_radius=nose, centre_distance=setup.scene.full_lift + setup.scene.base_radius - nose)
 
 
-def cam_refusal(setup: Setup) -> str | None:
+def cam_radii_refusal(setup: Setup) -> str | None:
     """Return why the radii of a cam cannot be varied together, None if they can."""
     known = isinstance(setup.scene, CamFollower)
     return None if known else f"which radii of a cam of the {setup.scene.kind} go together is not known"

@@ -29,6 +29,7 @@ from conrod.studies.validation.results import (
     RefinementPoint,
     Tolerance,
     ValidationResult,
+    empty_result,
 )
 
 DRAWN_POSES = 60  # of a revolution, in an animated drawing: 6 deg apart
@@ -69,7 +70,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
 def prepare_run(
     name: str, scene: Scene, engine: Engine[Any], preset: str, plan: Plan, start_angle: float = 0.0
 ) -> tuple[ValidationResult, Any, float]:
-    """Return a result with its tolerance and no errors yet, the settings, and the start angle [rad].
+    """Derive a run's tolerance; return a result without errors, the settings, and the start angle [rad].
 
     Its outcome is `unsupported` if the engine refuses the machine, and `completed` until the run says otherwise.
 
@@ -86,16 +87,6 @@ def prepare_run(
     tolerance = _derive_tolerance(scene, engine, preset, settings, revolutions, start)
     result = replace(empty, settings=settings.as_dict(), revolutions=revolutions, tolerance=tolerance)
     return result, settings, start
-
-
-def empty_result(name: str, scene: Scene, engine: Engine[Any], preset: str | None, plan: Plan) -> ValidationResult:
-    """Return a result without measurements; of kinematic mode if the preset is None."""
-    kinematic = preset is None
-    return ValidationResult(
-        scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
-        mode="kinematic" if kinematic else "dynamic", steps_per_revolution=None if kinematic else plan.steps(scene),
-        revolutions=1.0 if kinematic else plan.revolutions,
-    )  # fmt: skip
 
 
 def _derive_tolerance(

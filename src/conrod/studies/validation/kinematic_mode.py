@@ -19,8 +19,7 @@ from conrod.engines.numerics import NEAR_CHANGE_POINT
 from conrod.execution.prediction import merged_misfit, reference_misfit, solved_misfit
 from conrod.execution.result import Plan
 from conrod.scenes import Scene
-from conrod.studies.validation.dynamic_mode import empty_result
-from conrod.studies.validation.results import Tolerance, ValidationResult
+from conrod.studies.validation.results import Tolerance, ValidationResult, empty_result
 
 # A model is right if its joints, solved by the engine, give the exact poses to rounding; over L and omega L.
 KINEMATIC_POSITION_TOLERANCE, KINEMATIC_VELOCITY_TOLERANCE = 1e-12, 1e-9

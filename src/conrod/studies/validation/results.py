@@ -9,8 +9,10 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 
 from conrod.comparison.compare import COMPARED_QUANTITIES
+from conrod.engines import Engine
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.result import AS_ASKED, JudgedResult, SceneResults, misfit_words
+from conrod.execution.result import AS_ASKED, JudgedResult, Plan, SceneResults, misfit_words
+from conrod.scenes import Scene
 
 Mode = Literal["kinematic", "dynamic"]
 
@@ -201,7 +203,17 @@ class ValidationResult(JudgedResult):
         return replace(self, tolerance=Tolerance(**tolerances, reason=AS_ASKED))
 
 
-SceneStudy = SceneResults[ValidationResult]
+SceneStudy = SceneResults[ValidationResult]  # findings of `conrod validate` on one scene
+
+
+def empty_result(name: str, scene: Scene, engine: Engine[Any], preset: str | None, plan: Plan) -> ValidationResult:
+    """Return a result without measurements; of kinematic mode if the preset is None."""
+    kinematic = preset is None
+    return ValidationResult(
+        scene=name, parameters=scene.parameters, engine=engine.name, engine_version=engine.version, preset=preset,
+        mode="kinematic" if kinematic else "dynamic", steps_per_revolution=None if kinematic else plan.steps(scene),
+        revolutions=1.0 if kinematic else plan.revolutions,
+    )  # fmt: skip
 
 
 def drawable_runs(results: Sequence[ValidationResult]) -> list[ValidationResult]:

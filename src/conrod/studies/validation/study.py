@@ -12,9 +12,9 @@ from conrod.engines.engine import judged_preset
 from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, Plan, presets_study
 from conrod.scenes import Scene
-from conrod.studies.validation.dynamic_mode import MARKED_SAMPLES, empty_result, validate_dynamic
+from conrod.studies.validation.dynamic_mode import MARKED_SAMPLES, validate_dynamic
 from conrod.studies.validation.kinematic_mode import validate_kinematic
-from conrod.studies.validation.results import SceneStudy, ValidationResult
+from conrod.studies.validation.results import SceneStudy, ValidationResult, empty_result
 
 
 @dataclass(frozen=True)

@@ -90,12 +90,12 @@ class ReleaseCost:
 
     @property
     def slower(self) -> bool:
-        """True if the whole interval is above 1, and above what the reference against itself may show."""
+        """True if the whole interval is above 1, and above the scatter of the reference."""
         return self.timing is not None and self.noise is not None and self.timing.low > max(1.0, self.noise.high)
 
     @property
     def faster(self) -> bool:
-        """True if the whole interval is below 1, and below what the reference against itself may show."""
+        """True if the whole interval is below 1, and below the scatter of the reference."""
         return self.timing is not None and self.noise is not None and self.timing.high < min(1.0, self.noise.low)
 
 
