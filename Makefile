@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel site check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel site check clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -48,6 +48,9 @@ versions: $(READY) ## measure what each release of the engines changed, and rewr
 
 audit: $(READY) ## check the documents' printed numbers and formulas against the exact motion, and rewrite reports/audit/
 	$(BIN)/python -m audits --out reports/audit
+
+cams: $(READY) ## all 25 cams of document 004 in both engines, with its figures: rewrite reports/cams/; some minutes
+	$(BIN)/python -m audits.cams --out reports/cams
 
 batch: $(READY) ## a thousand saws of a drawing's tolerances in one call of MJX: rewrite reports/batch/; ten minutes
 	$(BIN)/python -m docs.studies.batch --out reports/batch

@@ -172,8 +172,11 @@ def test_slip_in_one_member_is_out_of_tolerance_by_its_name(monkeypatch: pytest.
     # The error of what is out of tolerance is shown in full, under the table of the family.
     shown = [part for part in results_to_print(list(found.values())) if not isinstance(part, str)]
     assert [[cell_text(row[0]) for row in part.rows] for part in shown[:2]] == [[*found], [SLIPPED]]  # type: ignore[union-attr]
-    nothing = replace(found[SLIPPED], results=())
-    assert cell_text(family_table([nothing]).rows[0][-1]) == "not judged"
+    # What is only measured is said so, and is no verdict.
+    measured = replace(found[SLIPPED], results=(replace(found[SLIPPED].results[1], passed=None),))
+    assert cell_text(family_table([measured]).rows[0][-1]) == "not judged"
+    assert "measured, not judged: pymunk tuned" in list(results_to_print([measured]))
+    assert not [part for part in results_to_print(list(found.values())) if isinstance(part, str)]
 
 
 # -- the command that makes a report again -----------------------------------------------------------------------------

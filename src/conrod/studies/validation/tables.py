@@ -66,6 +66,10 @@ def _family_verdict(study: SceneStudy) -> Cell:
     return ColouredCell("within tolerance", "good") if judged else "not judged"
 
 
+def _unjudged(run: ValidationResult) -> bool:
+    return run.passed is None and run.completed
+
+
 def _failed_or_alone(study: SceneStudy) -> SceneStudy:
     """Return the study, of a member of a family with the results alone that did not pass."""
     if VALUE_SIGN not in study.name:
@@ -208,6 +212,10 @@ def results_to_print(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
     members = [study for study in studies if VALUE_SIGN in study.name]
     yield from distrusted_scenes(studies)
     yield family_table(members)
+    if unjudged := dict.fromkeys(
+        " ".join(engine_and_preset(r)) for one in members for r in one.results if _unjudged(r)
+    ):
+        yield f"measured, not judged: {', '.join(unjudged)}"
     # A family has its errors in one table; what is out of tolerance in it is shown whole.
     yield verdicts_table([study for study in map(_failed_or_alone, studies) if study.results])
     yield from (f"{study.name}: {words}" for study in studies for words in added_words(study))
