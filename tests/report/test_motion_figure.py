@@ -87,7 +87,7 @@ def test_an_extreme_is_that_of_the_machine() -> None:
 def test_crank_angles_are_negative_if_the_crank_turns_back() -> None:
     scene = SCENES["saw-500rpm"]
     forward, backward = (
-        DrawnTurn.of(SceneStudy("saw", one, ())) for one in (scene, scene.with_parameters(speed=-scene.speed))
+        DrawnTurn.from_study(SceneStudy("saw", one, ())) for one in (scene, scene.with_parameters(speed=-scene.speed))
     )
     assert (forward.printed_ends, backward.printed_ends) == ((0.0, 360.0), (0.0, -360.0))
     for a, b in zip(forward.curves["position"][0].extremes, backward.curves["position"][0].extremes, strict=True):
@@ -97,7 +97,7 @@ def test_crank_angles_are_negative_if_the_crank_turns_back() -> None:
 @pytest.mark.parametrize("name", [*SCENES, *QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in OTHERS)])
 def test_extremes_bound_the_exact_motion_of_a_machine(name: str) -> None:
     scene = scene_named(name)
-    turn = DrawnTurn.of(SceneStudy(name, scene, ()))
+    turn = DrawnTurn.from_study(SceneStudy(name, scene, ()))
     motion = scene.motion(np.linspace(*sorted(turn.ends), 3601), scene.speed).point(scene.output)
     assert ("jerk" in turn.curves) is name.startswith("cam")
     for quantity, curves in turn.curves.items():

@@ -204,7 +204,7 @@ HELD: list[Any] = []
 
 
 def unchecked_settings(settings: Settings, **changes: Any) -> Settings:
-    """Settings with values that their class refuses, to see what an engine does with them."""
+    """Settings with values that their class refuses, for tests of the engine's reaction."""
     changed = copy(settings)
     for name, value in changes.items():
         object.__setattr__(changed, name, value)

@@ -70,7 +70,7 @@ def kept_worker(limits: CallLimits, interpreter: str | None = None) -> WorkerPro
 def conrod(
     *arguments: str, cwd: Path | None = None, ledger: Path | None = None, own_workers: bool = False
 ) -> subprocess.CompletedProcess[str]:
-    """Run a command; return its output and exit status, raise what a user would see as a traceback.
+    """Run a command; return its output and exit status, or raise its unhandled exception.
 
     Args:
         cwd: folder that it is run in, this one where it is None.

@@ -121,7 +121,7 @@ def turned_crank(scene: Scene) -> Kinematics:
 
 @cache
 def other_branch(scene: ShearPress | Saw) -> Kinematics:
-    """The generic solver on the other assembly branch: the slider on the far side of the shaft."""
+    """The generic solver on another assembly branch: the slider on the far side of the shaft."""
     mechanism = scene.mechanism()
     if isinstance(scene, ShearPress):
         poses = {"rod": (0.0, scene.crank, -math.pi / 2), "slider": (0.0, scene.crank - scene.rod, 0.0)}

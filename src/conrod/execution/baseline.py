@@ -56,7 +56,7 @@ class BaselineLine:
 
 @dataclass(frozen=True)
 class KeptCost:
-    """CPU time of a step over that of the engine's reference loop: the median, and the interval that holds it."""
+    """CPU time of a step over the time of the engine's reference loop, as median and interval."""
 
     ratio: float
     low: float

@@ -123,7 +123,7 @@ def scene_lines(found: Sequence[SceneResults[Any]]) -> dict[str, BaselineLine]:
 
 
 def line_name(scene: str, result: JudgedResult, *, several: bool) -> str:
-    """Name of a result's line: engine and preset, after the scene if there are several."""
+    """Name of a result's line: engine and preset, after the scene if several scenes are compared."""
     return f"{scene} " * several + f"{result.engine} {result.preset or 'kinematic'}"
 
 

@@ -38,7 +38,7 @@ def cost_of_run(machine: Machine, settings: Settings) -> PairedTiming | None:
 
 
 def scene_costs(found: Sequence[SceneResults[Any]], scenes: Mapping[str, Scene], plan: Plan) -> dict[str, KeptCost]:
-    """Costs of the completed runs of a validation by the names of their lines, each timed in a process of its own."""
+    """Costs of the completed runs of a validation by line name, each timed in a separate process."""
     costs = {}
     for study in found:
         for result in study.results:

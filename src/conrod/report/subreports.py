@@ -61,7 +61,7 @@ def subreports(folder: Path) -> list[SubReport]:
 
 
 def _subreport(folder: Path) -> SubReport | None:
-    """Return the report in a folder; None if there is none."""
+    """Return the report in a folder; None for a folder without a report."""
     documents = [found for file in sorted(folder.glob("*.json")) if (found := _document(file)) is not None]
     for document in documents:
         kind = kind_named(document["kind"]) if document["kind"] in KINDS else None
@@ -92,11 +92,11 @@ def _document(file: Path) -> dict[str, Any] | None:
 
 
 def _stated_finding(page: str) -> str:
-    """Return what stands in bold at the beginning of a page's first such paragraph or point, without links."""
+    """Return the first bold beginning of a paragraph or point of a page, without links."""
     found = STATED.search(page)
     return html.unescape(LINK.sub(r"\1", found[1])).rstrip(".") + "." if found else ""
 
 
 def report_mark(kind: str) -> str:
-    """Return the text of a results.json that says that its folder is a report, for a writer of its own pages."""
+    """Return the text of a results.json that marks a folder as a report whose pages others write."""
     return json_text({"kind": kind, "schema": 1, "conrod": version("conrod")})

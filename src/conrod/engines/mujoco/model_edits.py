@@ -195,7 +195,7 @@ def free_bodies(root: ET.Element, tree: SpanningTree, settings: MuJoCoSettings) 
 
 
 def _hold_pin(root: ET.Element, pin: Revolute, settings: MuJoCoSettings, width: float) -> None:
-    """Add the connects of a pin and their sites, but for those that close a loop anyway."""
+    """Add the missing connects of a pin, and their sites."""
     stiffness = {"solref": format_numbers(settings.solref), "solimp": format_numbers(settings.solimp)}
     equality = get_section(root, "equality")
     for suffix, height in PIN_PLACES.items():

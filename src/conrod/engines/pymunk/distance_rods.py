@@ -114,7 +114,7 @@ def body_columns(whole: Mechanism, bodies: Mechanism) -> list[int]:
 def eliminate_rods(
     kinematics: Kinematics, rods: Sequence[DistanceRod], jacobian: Array, free: NDArray[np.int_], rows: list[slice]
 ) -> tuple[Array, list[slice], Array]:
-    """Replace the pins of rods in a Jacobian by an equation for each, and the rods' motion by that of their pins.
+    """Replace the pins of rods in a Jacobian by one distance equation for each rod.
 
     With J_r the derivatives of a rod's four pin equations by its own coordinates, and J_o by all others, the distance
     joint is z' J_o q_o = 0 where z' J_r = 0, and the rod moves by q_r = -pinv(J_r) J_o q_o.
@@ -153,7 +153,7 @@ def add_rod_states(
     ahead: float,
     near: Sequence[float],
 ) -> tuple[Array, Array]:
-    """Add the states of rods to those of the bodies: centres of gravity (T, 3 n) [m, m, rad], and their rates.
+    """Add the states of rods to bodies' states: centres of gravity (T, 3 n) [m, m, rad], and rates.
 
     A rod lies along the line of its pins, its middle in theirs: with d = p_b - p_a and w = v_b - v_a its rate is
     (d x w) / |d|^2. Rates belong to a time `ahead` after the sample (`SampleInstants`), to which the pins are

@@ -54,7 +54,7 @@ def minimal_settings(machine: Machine, steps_per_revolution: int) -> PymunkSetti
 
 
 def ingredients(machine: Machine, minimal: PymunkSettings) -> tuple[PymunkIngredient, ...]:
-    """Return what `conrod ablate` adds to the minimal model of a machine, then what it removes from it."""
+    """Return the ingredients to add to a machine's minimal model, then those to remove."""
     contact = bool(machine.kinematics.mechanism.cam_contacts)
     return (*_optional_ingredients(machine, minimal, contact), *_minimal_ingredients(minimal, contact))
 
@@ -124,7 +124,7 @@ def _touching_shapes(minimal: PymunkSettings, tuned: int, refusal: str) -> Pymun
 
 
 def _many_iterations(minimal: PymunkSettings, tuned: int) -> PymunkIngredient:
-    """Ingredient of iterations beyond those that the model takes."""
+    """Ingredient of more solver iterations than the minimal model takes."""
 
     def remove_iterations(settings: PymunkSettings) -> PymunkSettings:
         enough = minimal.iterations if DISTANCE_RODS in settings.dressing or not minimal.dressing else tuned

@@ -27,7 +27,7 @@ CONSTRAINT_PARTS: Mapping[type[Any], tuple[str, ...]] = {
 
 
 def open_loop(made: PymunkSpace) -> None:
-    """Remove the joints that close loops: those of rods without a body, else the last pin."""
+    """Remove the joints that close loops: distance joints of rods, else the last pin."""
     rods = [one for one in made.names if isinstance(one, pymunk.PinJoint)]
     pins = [one for one in made.names if isinstance(one, pymunk.PivotJoint)]
     for constraint in rods or pins[-1:]:
@@ -59,7 +59,7 @@ def add_filtered_shapes(made: PymunkSpace) -> None:
 
 
 def add_touching_shapes(made: PymunkSpace) -> None:
-    """Add a shape to every link, and let those of links collide that a joint holds together: pymunk's default."""
+    """Add a shape to every link; shapes of jointed links collide, too, which is pymunk's default."""
     _add_link_shapes(made)
     for constraint in made.names:
         constraint.collide_bodies = True

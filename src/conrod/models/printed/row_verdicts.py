@@ -58,7 +58,7 @@ def _nearest_value(row: PrintedRow, bounds: Array) -> float:
 
 
 def _given_words(value: float) -> str:
-    """Say what a slip that explains most rows gives for a row that it does not explain."""
+    """Describe the value that a slip of most rows would give in a row that it does not explain."""
     return "has none for it" if math.isnan(value) else f"gives {value:.7g} here"
 
 

@@ -105,7 +105,7 @@ def speed_up(found: EngineAblation) -> str:
 
 
 def largest_gain(studies: Mapping[str, AblationStudy]) -> str:
-    """Say what the largest gain of all machines and engines is; empty where no full model ran to its end."""
+    """State the largest gain of all machines and engines; empty if no full model completed."""
     gains = [
         (full.cost.ratio, name, found)
         for name, study in studies.items()

@@ -29,7 +29,7 @@ def motion_figure(study: SceneStudy) -> Figure:
 
     A panel for each quantity and component that moves, since the scales of x and y may be far apart.
     """
-    turn, runs = DrawnTurn.of(study), marked_runs(study)
+    turn, runs = DrawnTurn.from_study(study), marked_runs(study)
     shown = [(quantity, curve) for quantity, curves in turn.curves.items() for curve in curves]
     height = PANEL_HEIGHT if len(shown) == len(turn.curves) else LOW_PANEL_HEIGHT
     figure = Figure(figsize=(10.5, height * len(shown) + MARGINS))

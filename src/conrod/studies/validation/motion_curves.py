@@ -95,7 +95,7 @@ class DrawnTurn:
     whole: float
 
     @classmethod
-    def of(cls, study: SceneStudy) -> DrawnTurn:
+    def from_study(cls, study: SceneStudy) -> DrawnTurn:
         """Return the last revolution of the runs of a study; the first one without runs."""
         scene = study.scene
         if scene.kinematics.mechanism.driver.span is not None:
@@ -159,7 +159,7 @@ def marked_runs(study: SceneStudy) -> list[ValidationResult]:
 
 def motion_words(study: SceneStudy) -> str:
     """Return the text alternative of the figure of motion, with all extremes."""
-    turn = DrawnTurn.of(study)
+    turn = DrawnTurn.from_study(study)
     found = [
         f"{quantity} [{PAGE_UNITS[quantity][0]}] "
         + ", ".join(f"{COMPONENTS[curve.component]} {curve.words(turn.whole)}" for curve in curves)
