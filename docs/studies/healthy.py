@@ -7,7 +7,7 @@ import random
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from conrod.comparison.run_errors import RunErrors
+from conrod.comparison.run_errors import LinkSizes, RunErrors
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.engine import run_extent
 from conrod.engines.run import run_with_recorders
@@ -48,9 +48,9 @@ class VariantCase(JudgedCase[ValidationResult]):
         )
         if not result.completed or not result.limits:
             return result
-        errors = RunErrors()
-        ended = run_with_recorders(self.loaded_engine, self.scene, settings, result.revolutions, start, errors)
-        found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
+        errors, links = RunErrors(), LinkSizes()
+        ended = run_with_recorders(self.loaded_engine, self.scene, settings, result.revolutions, start, errors, links)
+        found = {"links": links.errors, **errors.as_dict()} if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict()
 
 

@@ -17,7 +17,9 @@ from conrod.comparison.outcome import joint_gaps
 from conrod.comparison.trajectory import BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
 from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.exact import ExactReference
-from conrod.exact.motion import Array, Motion
+from conrod.exact.kinematics import Kinematics
+from conrod.exact.link_rotations import ROTATIONS, link_rotations, rotating_links, rotation_scales
+from conrod.exact.motion import QUANTITIES, Array, Motion
 
 COMPARED_QUANTITIES = ("position", "velocity", "acceleration", "total")
 
@@ -73,6 +75,7 @@ class Comparison:
     phase_final: float  # [rad]
     drive_speed: float  # largest |rate / omega - 1|
     drive_acceleration: float  # largest |angular acceleration| / omega^2
+    links: Mapping[str, Mapping[str, Size]]  # by driven link and quantity of `ROTATIONS`, as in `link_errors`
 
     def worst(self, quantity: str, measure: str = "max") -> float:
         """The largest error of a quantity over all observed points; measure is max, rms or final.
@@ -111,6 +114,9 @@ def compare(trajectory: Trajectory, reference: ExactReference) -> Comparison:
         phase_final=float(run.phase[0][-1]),
         drive_speed=drive["speed"],
         drive_acceleration=drive["acceleration"],
+        links=Named(
+            {name: {q: size_of(one) for q, one in errors.items()} for name, errors in run.links.items()}, "link"
+        ),
     )
 
 
@@ -141,6 +147,11 @@ class ComparedPiece:
     def points(self) -> dict[str, PointErrors]:
         """Errors of the observed points, also of a run that did not complete."""
         return track_errors(self.trajectory.points, self.trajectory.speed, self.exact)
+
+    @cached_property
+    def links(self) -> dict[str, dict[str, Array]]:
+        """Errors (T,) of each driven link's rotation, angular velocity and acceleration, as `link_errors` has them."""
+        return link_errors(self.bodies, self.trajectory.speed, self.reference.kinematics)
 
     @cached_property
     def closure(self) -> dict[str, Array]:
@@ -176,6 +187,36 @@ class ComparedPiece:
 def track_errors(points: Mapping[str, PointTracks], speed: float, exact: ExactMotions) -> dict[str, PointErrors]:
     """Errors of points from tracks of any origin; the nominal speed is in rad/s."""
     return {name: _point_errors(name, tracks, exact, speed) for name, tracks in points.items()}
+
+
+def link_errors(bodies: BodyTracks, speed: float, kinematics: Kinematics) -> dict[str, dict[str, Array]]:
+    """Errors (T,) of the driven links by name of link and quantity, at the crank angle, rate and acceleration reached.
+
+    A rotation is over its range R in a revolution, an angular velocity over omega R and an angular acceleration over
+    omega^2 R, with the nominal speed omega [rad/s]; R is 1 rad for a link that is guided so that it does not rotate.
+    Rotations count on over whole turns, so that a slipped turn is an error of 2 pi / R. The crank is no driven link:
+    its rotation is the angle that all are compared at.
+    """
+    index, scales = kinematics.mechanism.body_index, rotation_scales(kinematics)
+    measured = (bodies.position.poses, bodies.velocity.rates, bodies.acceleration.accelerations)
+    known: dict[int, tuple[Array, ...]] = {}  # exact rotations by identity of instants, which quantities may share
+    found: dict[str, dict[str, Array]] = {name: {} for name in scales}
+    for order in (2, 1, 0) if scales else ():
+        quantity, at = ROTATIONS[order], getattr(bodies, QUANTITIES[order]).instants
+        if id(at) not in known:
+            known[id(at)] = _exact_rotations(kinematics, at, order)
+        off = np.abs(measured[order][:, 2::3] - known[id(at)][order])
+        for name, scale in scales.items():
+            found[name][quantity] = off[:, index[name]] / (scale * abs(speed) ** order)
+    return {name: {quantity: errors[quantity] for quantity in ROTATIONS} for name, errors in found.items()}
+
+
+def _exact_rotations(kinematics: Kinematics, at: Instants, order: int) -> tuple[Array, ...]:
+    """Rotations of all links and their derivatives in time up to an order, (T, n) or (1, n) each."""
+    if not rotating_links(kinematics):  # as in a cam with a sliding follower, whose exact poses take longest
+        still = kinematics.start[:, 2::3]
+        return (still, *[np.zeros_like(still)] * order)
+    return link_rotations(kinematics, at.angle, at.rate, at.acceleration, order=order)
 
 
 class ExactMotions:

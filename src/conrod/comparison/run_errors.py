@@ -139,6 +139,23 @@ class RunErrors(PointSizes):
         return {"errors": self.errors, "closure": largest["closure"], "phase": phase, "drive": largest["drive"]}
 
 
+class LinkSizes:
+    """Recorder of the errors of links' rotations: largest, rms and last."""
+
+    def __init__(self) -> None:
+        self._sizes: defaultdict[str, defaultdict[str, RunningSize]] = defaultdict(lambda: defaultdict(RunningSize))
+
+    def add(self, piece: ComparedPiece) -> None:
+        for name, errors in piece.links.items():
+            for quantity, error in errors.items():
+                self._sizes[name][quantity].add(error, piece.samples_remaining)
+
+    @property
+    def errors(self) -> dict[str, dict[str, dict[str, float]]]:
+        """Errors by link, quantity of `ROTATIONS` and measure."""
+        return {name: {q: vars(running.size) for q, running in found.items()} for name, found in self._sizes.items()}
+
+
 CURVE_SAMPLES, ERROR_SPANS = 361, 180  # of a curve that is drawn
 
 

@@ -23,6 +23,7 @@ class ExpectedError:
     Attributes:
         position, velocity, acceleration: bounds on the max norm.
         velocity_rms: bound on the rms norm, if there is none on the max norm.
+        rotation, angular_velocity, angular_acceleration: bounds of the driven links, normalised as `link_errors` says.
         ripple: bound on the relative variation of the crank speed in a revolution; 0 if the crank angle is prescribed.
         law: source of the bounds, as text for the report.
     """
@@ -33,6 +34,9 @@ class ExpectedError:
     velocity_rms: float | None = None
     law: str = ""
     ripple: float = 0.0
+    rotation: float | None = None
+    angular_velocity: float | None = None
+    angular_acceleration: float | None = None
 
 
 @dataclass(frozen=True)

@@ -55,3 +55,20 @@ def rotating_links(kinematics: Kinematics) -> tuple[str, ...]:
     """Names of the driven links that rotate; the crank is none, since its rotation is the crank angle."""
     crank = kinematics.mechanism.crank
     return tuple(name for name, size in kinematics.rotation_ranges.items() if name != crank and size > MIN_ROTATION)
+
+
+def rotation_scales(kinematics: Kinematics) -> dict[str, float]:
+    """Size [rad] over which errors of each driven link's rotation are taken: its range R, or 1 rad if it has none.
+
+    Angular velocities are over omega R and angular accelerations over omega^2 R, with the crank speed omega.
+    """
+    crank = kinematics.mechanism.crank
+    return {
+        name: size if size > MIN_ROTATION else 1.0 for name, size in kinematics.rotation_ranges.items() if name != crank
+    }
+
+
+def largest_rotation(kinematics: Kinematics, rotations: Array) -> float:
+    """Largest of rotations (T, n), or of their derivatives by the crank angle, over the scales of the driven links."""
+    index, scales = kinematics.mechanism.body_index, rotation_scales(kinematics)
+    return max((float(np.abs(rotations[:, index[name]]).max()) / scale for name, scale in scales.items()), default=0.0)

@@ -18,7 +18,7 @@ from conrod.execution import baseline
 from conrod.execution.baseline import ORDER_PREFIX, BandedNumber, Baseline, BaselineComparison, BaselineLine, KeptCost
 from conrod.execution.case import identity_digest
 from conrod.execution.files import check_writable_folder
-from conrod.execution.resolve_arguments import TOLERANCE_NAMES
+from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES
 from conrod.execution.result import JudgedResult, SceneResults
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
@@ -130,7 +130,7 @@ def line_name(scene: str, result: JudgedResult, *, several: bool) -> str:
 def _result_line(result: JudgedResult) -> BaselineLine:
     orders = result.order or {}
     # Whatever may be judged: tolerances may be others the next time.
-    names = [*orders, *(TOLERANCE_NAMES if result.preset else QUANTITIES)] if result.completed else []
+    names = [*orders, *(ALL_TOLERANCE_NAMES if result.preset else QUANTITIES)] if result.completed else []
     sizes = {name: result.judged_error(name) for name in names} | {
         f"{ORDER_PREFIX}{name}": orders[name] for name in orders
     }

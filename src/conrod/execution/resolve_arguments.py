@@ -310,7 +310,7 @@ def make_plan(
     if steps_per_revolution is not None:
         check_count("--steps-per-rev", steps_per_revolution, *STEPS_RANGE)
     check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
-    asked = None if tolerance is None else check_tolerance(tolerance)
+    asked = None if tolerance is None else check_tolerance(tolerance, ALL_TOLERANCE_NAMES)
     plan = Plan(steps_per_revolution, float(revolutions), asked)
     for name, scene in scenes.items():
         _check_samples(name, plan.steps(scene), revolutions, max_samples)

@@ -39,10 +39,13 @@ from conrod.engines.mujoco.error_bound import (
     compliance_acceleration,
     integrate_gaps,
     largest_point_errors,
+    largest_rotation_errors,
     speed_ripple_bound,
+    states_with_gaps,
 )
 from conrod.engines.mujoco.model import MuJoCoModel, build
-from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT, largest_derivatives
+from conrod.engines.numerics import CRANK_SAMPLES, NO_BOUND_AT_CHANGE_POINT, largest_derivatives
+from conrod.exact.link_rotations import ROTATIONS, largest_rotation
 from conrod.exact.motion import Array
 
 with redirect_stdout(io.StringIO()):  # it prints that it has no Warp
@@ -185,15 +188,24 @@ def expected_error(machine: Machine, settings: MJXSettings, start_angle: float =
     course = DrivenCourse.sample_course(machine, start_angle, step, constant)
     lacking, giving = missing_acceleration(made, course), compliance_acceleration(machine, settings, made, course)
     still = np.zeros_like(giving)
-    (position, *_), (_, velocity, acceleration) = (
-        largest_point_errors(course, integrate_gaps(course.steps, (still, still), share * lacking + giving, constant))
+    lagging, exact = (
+        integrate_gaps(course.steps, (still, still), share * lacking + giving, constant)
         for share in (1.0 - step / constant, 1.0)
     )
-    stale = 0.5 * step * np.array(largest_derivatives(machine.kinematics, 3)[2:])
-    errors = np.array([position, STEPPED_RATE_RATIO * velocity + stale[0], acceleration + stale[1]])
-    position, velocity, acceleration = (errors * (1.0 + PREDICTION_MARGIN + SECOND_ORDER_MARGIN * errors[0])).tolist()
+    derivatives = machine.kinematics.derivatives(machine.kinematics.angles(CRANK_SAMPLES), 3)
+    turned = [largest_rotation(machine.kinematics, derivative[:, 2::3]) for derivative in derivatives]
+    moved = [states_with_gaps(course, gaps) for gaps in (lagging, exact)]
+    points = (largest_point_errors(course, gaps) for gaps in (lagging, exact))
+    links = (largest_rotation_errors(course, states) for states in moved)
+    bounds = []
+    for (first, rest), sizes in ((points, largest_derivatives(machine.kinematics, 3)), (links, turned)):
+        stale = 0.5 * step * np.array(sizes[2:])
+        errors = np.array([first[0], STEPPED_RATE_RATIO * rest[1] + stale[0], rest[2] + stale[1]])
+        bounds.append((errors * (1.0 + PREDICTION_MARGIN + SECOND_ORDER_MARGIN * errors[0])).tolist())
+    (position, velocity, acceleration), of_links = bounds
     varying = speed_ripple_bound(machine, settings.armature)
-    return ExpectedError(position, velocity, acceleration, law=LAW, ripple=varying)
+    by_name = dict(zip(ROTATIONS, of_links, strict=True))
+    return ExpectedError(position, velocity, acceleration, law=LAW, ripple=varying, **by_name)
 
 
 def missing_acceleration(made: MuJoCoModel, course: DrivenCourse) -> Array:

@@ -31,6 +31,7 @@ from conrod.engines.spanning_tree import SpanningTree
 from conrod.exact.dynamics.inverse import steady_joint_forces
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
+from conrod.exact.link_rotations import ROTATIONS, largest_rotation
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mesh
 
@@ -189,7 +190,9 @@ def predicted_gaps(
 def closure_errors(
     machine: Machine, settings: MuJoCoSettings, made: MuJoCoModel, start_angle: float
 ) -> tuple[Array, Array]:
-    """Predicted largest errors (3,) of observed points over L, omega L, omega^2 L, and the rounding in them (3,).
+    """Predicted largest errors (2, 3) of observed points and of links, normalised, and the rounding in them (2, 3).
+
+    Points are over L, omega L, omega^2 L, and links over their range of rotation R, omega R, omega^2 R.
 
     The three are position, velocity and acceleration. A step that always rounds to the same side leaves eps times the
     largest angle; the response of a gap and its derivatives to a unit of gap and of rate at each step bounds the sum.
@@ -199,19 +202,27 @@ def closure_errors(
     turn = max(float(np.abs(course.states[0][:, 2::3]).max()) / (4.0 * math.pi), 1.0)
     answers = np.array([2.0 * c + c**2, 1.0 + 2.0 / math.e * c, 2.0 / (math.e * c) + 1.0 + 2.0 / math.e**2])
     rounded = rounding_bound(machine.kinematics, 2 * settings.steps_per_revolution) * turn * np.maximum(answers, 1.0)
-    return largest_point_errors(course, gaps), rounded * _largest_gain(course, np.flatnonzero(pushed.any(axis=0)))
+    gains = _largest_gains(course, np.flatnonzero(pushed.any(axis=0)))
+    moved = states_with_gaps(course, gaps)
+    errors = np.array([_point_errors(course, moved), largest_rotation_errors(course, moved)])
+    return errors, np.outer(gains, rounded)
 
 
-def _largest_gain(course: DrivenCourse, rows: Any) -> float:
-    """Largest displacement of an observed point, over its L, per gap of the largest travel; at least 1."""
+def _largest_gains(course: DrivenCourse, rows: Any) -> tuple[float, float]:
+    """Largest displacement of an observed point over its L, and of a link's rotation over its range R, by gaps.
+
+    The gaps are of the largest travel; each gain is at least 1.
+    """
     kinematics, poses = course.kinematics, course.states[0][:: max(1, len(course.angles) // GAIN_POSES)]
-    largest = 1.0
+    largest = turned = 1.0
     for row in rows:
         gap = np.zeros_like(poses)
         gap[:, row] = kinematics.travel
-        for name, (_, move) in kinematics.point_derivatives([poses, kinematics.solve(poses, gap)]).items():
+        change = kinematics.solve(poses, gap)
+        for name, (_, move) in kinematics.point_derivatives([poses, change]).items():
             largest = max(largest, float(np.linalg.norm(move, axis=1).max()) / kinematics.lengths[name])
-    return largest
+        turned = max(turned, largest_rotation(kinematics, change[:, 2::3]))
+    return largest, turned
 
 
 def states_with_gaps(course: DrivenCourse, gaps: tuple[Array, Array, Array]) -> list[Array]:
@@ -228,7 +239,21 @@ def states_with_gaps(course: DrivenCourse, gaps: tuple[Array, Array, Array]) -> 
 
 def largest_point_errors(course: DrivenCourse, gaps: tuple[Array, Array, Array]) -> Array:
     """Largest changes (3,) over L that gaps make in observed points and their derivatives by s."""
-    moved = states_with_gaps(course, gaps)
+    return _point_errors(course, states_with_gaps(course, gaps))
+
+
+def largest_rotation_errors(course: DrivenCourse, moved: list[Array]) -> Array:
+    """Largest changes (3,) over R of the driven links' rotations and their derivatives by s, in states off the exact.
+
+    Args:
+        moved: poses and their derivatives by s, (T, 3 n) each, as `states_with_gaps` returns them.
+    """
+    pairs = zip(moved, course.states, strict=True)
+    return np.array([largest_rotation(course.kinematics, (after - exact)[:, 2::3]) for after, exact in pairs])
+
+
+def _point_errors(course: DrivenCourse, moved: list[Array]) -> Array:
+    """Largest changes (3,) over L of the observed points and their derivatives by s, in states off the exact ones."""
     before, after = course.kinematics.point_derivatives(list(course.states)), course.kinematics.point_derivatives(moved)
     off = [
         [np.linalg.norm(moved - exact, axis=1).max() for moved, exact in zip(after[name], before[name], strict=True)]
@@ -305,10 +330,9 @@ def _error_without_ripple(machine: Machine, settings: MuJoCoSettings, start_angl
     if not has_error_law(settings):
         return none
     errors, rounded = closure_errors(machine, settings, build(machine, settings), start_angle)
-    position, velocity, acceleration = (
-        errors * (1.0 + PREDICTION_MARGIN + SECOND_ORDER_MARGIN * errors[0]) + rounded
-    ).tolist()
-    return ExpectedError(position, velocity, acceleration, law=LAW)
+    bounds = errors * (1.0 + PREDICTION_MARGIN + SECOND_ORDER_MARGIN * errors[:, :1]) + rounded
+    (position, velocity, acceleration), links = bounds.tolist()
+    return ExpectedError(position, velocity, acceleration, law=LAW, **dict(zip(ROTATIONS, links, strict=True)))
 
 
 def _contact_error(machine: Machine, settings: MuJoCoSettings) -> ExpectedError:

@@ -41,12 +41,14 @@ from conrod.engines.numerics import (
     rounding_bound,
 )
 from conrod.engines.pymunk import ITERATION_ERROR_SHARE, PymunkSettings, follower_fall
-from conrod.engines.pymunk.dynamics import point_tracks, sample_instants
+from conrod.engines.pymunk.dynamics import SampleInstants, body_tracks, point_tracks, sample_instants
+from conrod.engines.pymunk.rotation_bound import rotation_bounds
 from conrod.engines.pymunk.space import rounded_polygon, wedges, with_crank_centred
 from conrod.engines.tracks import applied_forces
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
+from conrod.mechanism.mechanism import Mechanism
 
 MAX_DERIVATIVE = 4  # highest derivative by the crank angle that enters
 FIRST_SAMPLES = 5  # including the start; the first reported acceleration is that of the fourth
@@ -80,6 +82,26 @@ def first_sample_errors(machine: Machine, steps: int, start: float) -> list[floa
         steps: per revolution.
         start: crank angle [rad] of the exact start; an input that makes one pass starts at an end of it instead.
     """
+    kinematics, speed = machine.kinematics, machine.speed
+    mechanism, at, centres, rates = first_samples(machine, steps, start)
+    tracks, largest = point_tracks(mechanism, at, centres, rates), [0.0] * 3
+    for k, quantity in enumerate(("position", "velocity", "acceleration")):
+        instants = getattr(at, quantity)
+        if not len(instants.times):
+            continue
+        exact = kinematics.motion(instants.angle, instants.rate, instants.acceleration)
+        for name, found in tracks.items():
+            off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1)
+            largest[k] = max(largest[k], float(off.max()) / (kinematics.lengths[name] * abs(speed) ** k))
+    return largest
+
+
+def first_samples(machine: Machine, steps: int, start: float) -> tuple[Mechanism, SampleInstants, Array, Array]:
+    """First samples of a run as a converged iteration takes them: mechanism, instants, and centres with their rates.
+
+    Args:
+        steps, start: as for `first_sample_errors`.
+    """
     kinematics, speed, (begin, turns) = machine.kinematics, machine.speed, run_extent(machine, steps, 1.0)
     start = start if kinematics.mechanism.driver.span is None else begin
     # Velocities belong to half a step later, when a pass may have ended.
@@ -95,17 +117,7 @@ def first_sample_errors(machine: Machine, steps: int, start: float) -> list[floa
         states.append(centres_from_frames(mechanism, poses, kinematics.solve(poses, -gaps / h - at_rest)))
     centres, rates = (np.vstack(some) for some in zip(*states, strict=True))
     times = np.asarray(start / speed + h * np.arange(count), dtype=float)
-    at = sample_instants(mechanism, h, times, centres, rates)
-    tracks, largest = point_tracks(mechanism, at, centres, rates), [0.0] * 3
-    for k, quantity in enumerate(("position", "velocity", "acceleration")):
-        instants = getattr(at, quantity)
-        if not len(instants.times):
-            continue
-        exact = kinematics.motion(instants.angle, instants.rate, instants.acceleration)
-        for name, found in tracks.items():
-            off = np.linalg.norm(getattr(found, quantity).values - getattr(exact.point(name), quantity), axis=1)
-            largest[k] = max(largest[k], float(off.max()) / (kinematics.lengths[name] * abs(speed) ** k))
-    return largest
+    return mechanism, sample_instants(mechanism, h, times, centres, rates), centres, rates
 
 
 MAX_SWEEPS = 60  # over the whole run
@@ -174,21 +186,28 @@ def weight_rounding(machine: Machine, h: float) -> list[float]:
     largest acceleration [m/s^2] that weight, constant forces and loads alone give a body, and |J^-1| the displacement
     of an observed point when all joint equations are off by one.
     """
-    kinematics, speed = machine.kinematics, abs(machine.speed)
-    mechanism, angles = kinematics.mechanism, kinematics.angles(CRANK_SAMPLES)
-    poses, derivative = kinematics.derivatives(angles, 1)
-    forces = applied_forces(mechanism, poses, machine.speed * derivative, angles / machine.speed)[:, :, :2]
-    masses = np.array([body.mass for body in mechanism.bodies])
-    own = forces / np.where(masses > 0.0, masses, np.inf)[:, None]
-    largest = float(np.linalg.norm(own + np.asarray(mechanism.gravity), axis=2).max())
+    kinematics, speed, angles = machine.kinematics, abs(machine.speed), machine.kinematics.angles(CRANK_SAMPLES)
+    poses = kinematics.poses(angles)
     moved = dict.fromkeys(kinematics.lengths, np.zeros(len(angles)))
     for equation in np.eye(poses.shape[1]):
         rates = kinematics.solve(poses, np.tile(equation, (len(angles), 1)))
         for name, motion in kinematics.point_derivatives([poses, rates]).items():
             moved[name] = moved[name] + np.linalg.norm(motion[1], axis=1)
     gain = max(float(found.max()) / kinematics.lengths[name] for name, found in moved.items())
-    left = 3.0 * float(np.finfo(float).eps) * largest * h * gain
+    left = weight_velocity_rounding(machine, h) * gain
     return [left * h, left / speed, 2.0 * left / (speed**2 * h)]
+
+
+def weight_velocity_rounding(machine: Machine, h: float) -> float:
+    """Rounding 3 eps a h [m/s] of the joints' velocities in a step h [s], by weight, constant forces and loads."""
+    kinematics, angles = machine.kinematics, machine.kinematics.angles(CRANK_SAMPLES)
+    mechanism = kinematics.mechanism
+    poses, derivative = kinematics.derivatives(angles, 1)
+    forces = applied_forces(mechanism, poses, machine.speed * derivative, angles / machine.speed)[:, :, :2]
+    masses = np.array([body.mass for body in mechanism.bodies])
+    own = forces / np.where(masses > 0.0, masses, np.inf)[:, None]
+    largest = float(np.linalg.norm(own + np.asarray(mechanism.gravity), axis=2).max())
+    return 3.0 * float(np.finfo(float).eps) * largest * h
 
 
 MIN_FALL = 1e-12  # [m/s^2]; without any force on the follower all its steps are free
@@ -213,7 +232,9 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     bounds = [max(lags[k], (1.0 + ITERATION_ERROR_SHARE) * first[k]) + floor / step**k for k in range(3)]
     left = weight_rounding(machine, settings.timestep)
     bounds = [b + r if r > NEGLIGIBLE_SHARE * b else b for b, r in zip(bounds, left, strict=True)]
-    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW)
+    samples = body_tracks(*first_samples(machine, settings.steps_per_revolution, start_angle))
+    links = rotation_bounds(machine, settings, samples, weight_velocity_rounding(machine, settings.timestep))
+    return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW, **links)
 
 
 def _contact_error(machine: Machine, settings: PymunkSettings) -> ExpectedError:

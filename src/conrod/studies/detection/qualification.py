@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from conrod.comparison.outcome import RunVerdict, judge_outcome
-from conrod.comparison.run_errors import RunErrors
+from conrod.comparison.run_errors import LinkSizes, RunErrors
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import ForceReport
@@ -53,15 +53,15 @@ def motion_judge(
     """
 
     def judge_recording(given: Recording) -> ValidationResult:
-        errors, run = RunErrors(), given.run.trajectory
+        errors, links, run = RunErrors(), LinkSizes(), given.run.trajectory
         assert run.bodies is not None
         # The outcome is judged again, since a defect may change it.
         ended = judge_outcome(healthy.kinematics, run.bodies, run.speed, RunVerdict(run.outcome))
         piece = replace(given.run, trajectory=replace(run, outcome=ended.outcome, reason=ended.reason))
         ended = feed_recorders(
-            [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors
+            [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors, links
         )
-        found = errors.as_dict() if ended.outcome is Outcome.COMPLETED else {}
+        found = {"links": links.errors, **errors.as_dict()} if ended.outcome is Outcome.COMPLETED else {}
         return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict(asked)
 
     return judge_recording

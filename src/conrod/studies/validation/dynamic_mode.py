@@ -12,12 +12,13 @@ import numpy as np
 from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.convergence import claimed_order
 from conrod.comparison.outcome import RunVerdict
-from conrod.comparison.run_errors import DrawnCurve, PointSizes, RunErrors
+from conrod.comparison.run_errors import DrawnCurve, LinkSizes, PointSizes, RunErrors
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import expected_error
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.engines.run import run_with_recorders
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution.prediction import Prediction, merged_misfit, reference_misfit
 from conrod.execution.result import Plan, run_refinement_path
@@ -48,7 +49,9 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     steps, revolutions = plan.steps(scene), result.revolutions
     errors, prediction = RunErrors(), Prediction(scene)
     curves, poses, samples = CurveRecorder(), PoseErrorRecorder(scene, steps), SampleRecorder(scene.output, steps)
-    ended = run_with_recorders(engine, scene, settings, revolutions, start, errors, prediction, curves, poses, samples)
+    links = LinkSizes()
+    recorders = (errors, prediction, curves, poses, samples, links)
+    ended = run_with_recorders(engine, scene, settings, revolutions, start, *recorders)
     result = replace(result, outcome=ended.outcome.slug, reason=ended.reason)
 
     def run_with_steps(n: int, turns: float, start: float) -> RefinementPoint:
@@ -62,7 +65,7 @@ def validate_dynamic(name: str, scene: Scene, engine: Engine[Any], preset: str, 
     result = replace(result, refinement=points, order=order)
     if result.completed:
         misfit = merged_misfit(prediction.misfit, reference_misfit(scene))
-        found = {"prediction": prediction.sizes, "misfit": misfit, **errors.as_dict()}
+        found = {"prediction": prediction.sizes, "misfit": misfit, "links": links.errors, **errors.as_dict()}
         result = replace(result, curves=curves.curves, poses=poses.errors, samples=samples.samples, **found)
     return result.with_verdict()
 
@@ -106,7 +109,8 @@ def _derive_tolerance(
     if law.position is None:
         return Tolerance(reason=law.law)
     phase = phase_bound(settings.steps_per_revolution * revolutions, revolutions, start_angle, law.ripple)
-    clock = {"phase": phase, "total": law.position + phase * largest_derivatives(scene.kinematics, 1)[1]}
+    links = {quantity: getattr(law, quantity) for quantity in ROTATIONS}
+    clock = {"phase": phase, **links, "total": law.position + phase * largest_derivatives(scene.kinematics, 1)[1]}
     reason = "; ".join((law.law, RIPPLE_ERROR_LAW if law.ripple else CLOCK_ERROR_LAW))
     if scene.kinematics.mechanism.cam_contacts:
         return Tolerance(law.position, velocity_rms=law.velocity_rms, reason=reason, **clock)

@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.comparison.compare import COMPARED_QUANTITIES
 from conrod.engines import Engine
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution.result import AS_ASKED, JudgedResult, Plan, SceneResults, misfit_words
 from conrod.scenes import Scene
@@ -25,6 +26,7 @@ class Tolerance:
         total: position error at the nominal time, over L.
         velocity_rms: velocity error, as rms over the run.
         phase: error of the crank angle at the nominal time [rad].
+        rotation, angular_velocity, angular_acceleration: of the driven links, over R, omega R and omega^2 R.
         reason: the laws that the limits follow from, in words.
     """
 
@@ -34,11 +36,14 @@ class Tolerance:
     total: float | None = None
     velocity_rms: float | None = None
     phase: float | None = None
+    rotation: float | None = None
+    angular_velocity: float | None = None
+    angular_acceleration: float | None = None
     reason: str = ""
 
     def limits(self) -> dict[str, float]:
         """Return the largest allowed errors of the judged quantities, by name."""
-        names = (*QUANTITIES, "total", "velocity_rms", "phase")
+        names = (*QUANTITIES, "total", "velocity_rms", "phase", *ROTATIONS)
         return {name: value for name in names if (value := getattr(self, name)) is not None}
 
 
@@ -131,6 +136,8 @@ class ValidationResult(JudgedResult):
     Attributes:
         mode: kinematic, which proves the model, or dynamic, which measures the engine.
         phase: error of the crank angle against the clock [rad], by measure.
+        links: errors of the driven links by link, quantity of `ROTATIONS` and measure, see `link_errors`; None in
+            kinematic mode, and in reports of before.
         prediction: by quantity, the largest error predicted from constraint violations alone, and its largest distance
             from the measured error.
         misfit: by quantity, where prediction and measurement fit least: their difference, the difference that second
@@ -152,6 +159,7 @@ class ValidationResult(JudgedResult):
     errors: Mapping[str, Mapping[str, Mapping[str, float] | None]] | None = None
     closure: Mapping[str, float | None] | None = None
     phase: Mapping[str, float] | None = None
+    links: Mapping[str, Mapping[str, Mapping[str, float]]] | None = None
     drive: Mapping[str, float] | None = None
     tolerance: Tolerance = field(default_factory=Tolerance)
     refinement: tuple[RefinementPoint, ...] = ()
@@ -190,6 +198,21 @@ class ValidationResult(JudgedResult):
         # NumPy's max, since Python's would skip a NaN.
         return float(np.max(found)) if found else None
 
+    def largest_rotation(self, quantity: str) -> tuple[str, float | None]:
+        """Return the link whose rotation, angular velocity or acceleration is most in error, and that error."""
+        found = {name: errors[quantity]["max"] for name, errors in (self.links or {}).items()}
+        # NumPy's max, since Python's would skip a NaN.
+        worst = list(found)[int(np.argmax(list(found.values())))] if found else ""
+        return worst, found.get(worst)
+
+    def out_of_tolerance(self) -> dict[str, tuple[float | None, float]]:
+        """Error found and allowed error, by quantity out of tolerance; of links with the link's name."""
+        pairs = super().out_of_tolerance()
+        return {f"{q.replace('_', ' ')} of {link}" if (link := self._link(q)) else q: pairs[q] for q in pairs}
+
+    def _link(self, name: str) -> str:
+        return self.largest_rotation(name)[0] if name in ROTATIONS else ""
+
     @property
     def acceleration_error(self) -> float | None:
         return self.largest("acceleration")
@@ -197,6 +220,8 @@ class ValidationResult(JudgedResult):
     def judged_error(self, name: str) -> float | None:
         if name == "phase":
             return None if self.phase is None else self.phase["max"]
+        if name in ROTATIONS:
+            return self.largest_rotation(name)[1]
         return self.largest(name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max")
 
     def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:

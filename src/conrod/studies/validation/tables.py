@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -9,6 +10,7 @@ from functools import partial
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
 from conrod.engines.engine import STOCK
+from conrod.exact.link_rotations import ROTATIONS, rotation_scales
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.families import VALUE_SIGN
 from conrod.report import numbers
@@ -38,8 +40,10 @@ def verdicts_table(studies: Sequence[SceneStudy]) -> Table:
         "position": partial(_largest_text, quantity="position"),
         numbers.IN_MM: lambda r: position_in_mm(r, lengths[r.scene]),
         **{q: partial(_largest_text, quantity=q) for q in QUANTITIES[1:]},
-        "order x, v, a": orders,
     }
+    if any(run.links for study in studies for run in study.results):
+        columns["link angle"] = _link_text
+    columns["order x, v, a"] = orders
     return results_table(studies, columns, TITLE)
 
 
@@ -94,6 +98,30 @@ def added_words(study: SceneStudy) -> list[str]:
                 f"kg m² on the crank, and a solver tolerance of {settings['tolerance']:g}"
             )
     return found
+
+
+def _link_text(run: ValidationResult) -> str:
+    """Return the largest error of a link's rotation over its range, with the link's name; empty without links."""
+    link, size = run.largest_rotation("rotation")
+    return f"{numbers.measured_text(size)} {link}" if link else ""
+
+
+def links_table(study: SceneStudy) -> Table:
+    """Return a row for each run and driven link: its largest errors of rotation, in degrees and normalised."""
+    scales = rotation_scales(study.scene.kinematics) if any(run.links for run in study.results) else {}
+    rows = []
+    for run in dynamic_results(study):
+        for link, errors in (run.links or {}).items():
+            most = [errors[quantity]["max"] for quantity in ROTATIONS]
+            allowed = [getattr(run.tolerance, quantity) for quantity in ROTATIONS]
+            off = numbers.scaled_text(most[0], math.degrees(scales[link]))
+            pairs = [
+                f"{numbers.measured_text(size)}{'' if limit is None else f' <= {numbers.measured_text(limit)}'}"
+                for size, limit in zip(most, allowed, strict=True)
+            ]
+            rows.append((*engine_and_preset(run), link, numbers.quantity(math.degrees(scales[link])), off, *pairs))
+    head = ("R [deg]", "rotation [deg]", *(quantity.replace("_", " ") for quantity in ROTATIONS))
+    return table(["engine", "preset", "link", *head], rows)
 
 
 def _largest_text(run: ValidationResult, quantity: str) -> str:

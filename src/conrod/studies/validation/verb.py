@@ -36,7 +36,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.cli.outputs import check_outputs, exit_with_verdict
-    from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scenes
+    from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES, select_scenes
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.studies.validation.api import REVOLUTIONS, validate
     from conrod.studies.validation.report import VALIDATION_REPORT
@@ -66,7 +66,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
             preset=asked.preset,
             steps_per_rev=asked.steps_per_rev,
             revolutions=REVOLUTIONS if asked.revolutions is None else asked.revolutions,
-            tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
+            tolerance=tolerance_in(asked.tolerance, ALL_TOLERANCE_NAMES),
             qualify=asked.qualify,
             baseline=asked.baseline,
             accept=asked.accept,
