@@ -160,7 +160,7 @@ def test_a_run_with_distance_rods_is_the_same_in_pieces() -> None:
 
 
 def test_a_rod_that_turns_is_counted_over_whole_turns() -> None:
-    """A drag link: crank and output turn fully, and the rod between them with them."""
+    """As that of a drag link, whose crank and output turn fully."""
     turn = np.linspace(-3.0, 20.0, 200)
     wrapped = np.arctan2(np.sin(turn), np.cos(turn))
     assert np.allclose(_count_turns(wrapped, -3.0), turn)

@@ -16,7 +16,16 @@ from conrod.engines.numerics import joint_rows
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array, rotate_planar
 from conrod.mechanism.loads import Displacement, Load
-from conrod.mechanism.mechanism import GROUND, Mechanism, Point, Revolute, joint_partner
+from conrod.mechanism.mechanism import (
+    GROUND,
+    INERTIA_RANGE,
+    MASS_RANGE,
+    Body,
+    Mechanism,
+    Point,
+    Revolute,
+    joint_partner,
+)
 
 NO_ROD = "no link carries nothing but two pins to other moving links"
 
@@ -71,8 +80,9 @@ def _as_rod(mechanism: Mechanism, link: str) -> DistanceRod | None:
     if len(ends) != 2 or GROUND in (ends[0][0], ends[1][0]) or ends[0][0] == ends[1][0]:
         return None
     (a, point_a, pin_a), (b, point_b, pin_b) = ends
-    if any({mesh.a, mesh.b} == {a, b} for mesh in mechanism.meshes):
-        return None  # what rolls off counts against the link
+    # What rolls off counts against the link between its wheels; two pins in one place hold nothing apart.
+    if any({mesh.a, mesh.b} == {a, b} for mesh in mechanism.meshes) or pin_a == pin_b:
+        return None
     return DistanceRod(link, a, b, point_a, point_b, pin_a, pin_b)
 
 
@@ -99,11 +109,14 @@ LIGHT_SHARE = 1e-3  # of a rod's mass and moment, where it is a light body
 def with_light_rods(mechanism: Mechanism) -> Mechanism:
     """The mechanism with rods of a thousandth of their mass, as links without mass are modelled by bodies."""
     light = {rod.link for rod in find_rods(mechanism)}
-    bodies = tuple(
-        replace(body, mass=LIGHT_SHARE * body.mass, inertia=LIGHT_SHARE * body.inertia) if body.name in light else body
-        for body in mechanism.bodies
-    )
+    bodies = tuple(_lighter(body) if body.name in light else body for body in mechanism.bodies)
     return replace(mechanism, bodies=bodies)
+
+
+def _lighter(body: Body) -> Body:
+    """The body with a thousandth of its mass and moment, or with the least that a body may have."""
+    mass, inertia = max(LIGHT_SHARE * body.mass, MASS_RANGE[0]), max(LIGHT_SHARE * body.inertia, INERTIA_RANGE[0])
+    return replace(body, mass=mass, inertia=inertia)
 
 
 def body_columns(whole: Mechanism, bodies: Mechanism) -> list[int]:
