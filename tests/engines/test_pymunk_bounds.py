@@ -47,6 +47,19 @@ def step_of(machine: Any, steps: int = STEPS) -> float:
 # -- the scheme --------------------------------------------------------------------------------------------------------
 
 
+def test_first_samples_are_judged_at_the_cranks_acceleration(monkeypatch: pytest.MonkeyPatch) -> None:
+    def accelerated(*given: Any) -> Any:
+        at = sample_instants(*given)
+        gained = at.acceleration.acceleration + SAW.speed**2
+        return replace(at, acceleration=replace(at.acceleration, acceleration=gained))
+
+    *before, acceleration = first_sample_errors(SAW, STEPS, 1.0)
+    monkeypatch.setattr(error_bound, "sample_instants", accelerated)
+    *others, off = first_sample_errors(SAW, STEPS, 1.0)
+    assert others == before
+    assert off > acceleration + 0.1
+
+
 @pytest.mark.parametrize("machine", [SAW, REVERSED], ids=["saw", "reversed"])
 def test_scheme_states_obey_the_scheme(machine: Any) -> None:
     """x_(n+1) = x_n + h v_n at the centres of gravity, and v_n removes what the joint equations leave in one step."""

@@ -67,6 +67,13 @@ def test_edit_has_a_line_of_python_with_the_same_effect(edit: Edit, line: str) -
         assert model.dof_invweight0[1] == stock.dof_invweight0[1]
 
 
+def test_numbers_behind_the_coefficients_bend_no_closure() -> None:
+    model = arms()
+    for place, curved in ((5, False), (4, True)):
+        model.eq_data[0, place] = 1.0
+        assert recipes.active_closures(model)[0].curved is curved
+
+
 def test_recipe_lines_load_the_file_and_name_when_to_repeat() -> None:
     lines = recipes.python_lines((Edit("enableflags", 0),), Path("/models/arm's.xml"))
     assert lines == (
@@ -288,6 +295,17 @@ def test_a_start_is_closed_in_its_pose_and_its_rates() -> None:
     assert data.qvel[:2] == pytest.approx([0.5, 0.5])
     assert data.ctrl.tolist() == [0.5]
     assert closed_start(arms(), None)[1]["start"] == "its own pose"
+
+
+def test_a_closure_that_says_the_same_but_for_rounding_is_one() -> None:
+    again = '<joint name="again" joint1="a" joint2="b" polycoef="0 1.00000000001 0 0 0"/>'
+    model = arms(BELT + again, KEYS.replace("0.02", "0"))
+    state, start = closed_start(model, "k")
+    assert start["start_closed"]
+    data = mujoco.MjData(model)
+    mujoco.mj_setState(model, data, state, STATE)
+    # As if there were one: both together would stop the arms.
+    assert data.qvel[:2] == pytest.approx([0.5, 0.5])
 
 
 def test_runs_are_compared_as_they_are_and_hardened(monkeypatch: pytest.MonkeyPatch) -> None:

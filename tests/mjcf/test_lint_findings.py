@@ -520,8 +520,9 @@ def test_only_wrong_solver_options_are_edited(tmp_path: Path, monkeypatch: pytes
         assert found.edits == (edit,)
 
 
-def test_work_that_a_solver_leaves_is_over_the_work_to_do(tmp_path: Path) -> None:
-    key = '<keyframe><key qpos="0.02 0"/></keyframe>'
+@pytest.mark.parametrize("opening", [0.02, 1e-6])
+def test_work_that_a_solver_leaves_is_over_the_work_to_do(opening: float, tmp_path: Path) -> None:
+    key = f'<keyframe><key qpos="{opening} 0"/></keyframe>'
     bench = bench_of(tmp_path, arms(BELT, key))
     solved = bench.model
     idle = mujoco.MjModel.from_xml_string(arms(BELT, key).replace("<option", '<option iterations="0"'))

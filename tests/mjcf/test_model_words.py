@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 from four_bars import GRASHOF, driven, four_bar, start_angles
 
 from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.motion import NO_FURTHER
 from conrod.mjcf.anchors import PartsApart
@@ -22,7 +24,7 @@ from conrod.mjcf.loading import list_names, start_words
 from conrod.mjcf.reading import tree_of
 from conrod.mjcf.start import open_start, pose_words, start_rate_violation
 from conrod.models.loops.load_differences import list_load_differences
-from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
+from conrod.models.loops.ranges import RANDOM_POSES, closed_pose_inside, is_folded, joints_outside, outside_words
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 
@@ -157,6 +159,31 @@ def test_joints_outside_ranges_are_named_and_moved_inside() -> None:
     assert not is_folded(machine, inside)
     plain = driven(four_bar(frame=""), {"crank": "60rpm"}, 0.01)
     assert outside_words(plain.tree, "its own pose") == ""
+
+
+SLIDER_CRANK = """<mujoco><worldbody>
+  <body><joint name="crank" axis="0 0 1"/><geom size="0.01" mass="1"/><body name="rod" pos="0 0.1 0">
+    <joint name="pin" axis="0 0 1"/><geom size="0.01" pos="0.1 0 0" mass="1"/></body></body>
+  <body name="slider" pos="0.3 0 0"><joint name="slide" type="slide" axis="1 0 0"/><geom size="0.01" mass="1"/></body>
+</worldbody><equality><connect body1="rod" body2="slider" anchor="0.3 -0.1 0"/></equality></mujoco>"""
+
+
+def test_hinges_without_a_range_are_tried_all_round(monkeypatch: pytest.MonkeyPatch) -> None:
+    machine, tried = driven(SLIDER_CRANK, {"crank": "60rpm"}, 0.01), list[Array]()
+
+    def close_loops(guess: Array, time: float) -> Any:
+        tried.append(guess[:, 0])
+        raise InvalidInput("open")
+
+    monkeypatch.setattr(machine, "close_loops", close_loops)
+    assert closed_pose_inside(machine) is None
+    # One that leads to no closed pose stops none of the others.
+    assert len(tried) == RANDOM_POSES
+    hinges, slide = np.array(tried)[:, :2], np.array(tried)[:, 2]
+    assert np.abs(hinges).max() <= math.pi
+    assert np.ptp(hinges, axis=0).min() > math.pi
+    # Nobody knows how far a slide could go.
+    assert slide.tolist() == [0.0] * RANDOM_POSES
 
 
 # -- starts and causes -------------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.request import Scan
+from conrod.models.check import references
 from conrod.models.check.fitting import PathSearch, _fit_coarsely
 from conrod.models.check.frame import GivenFrame, candidate_views
 from conrod.models.check.identity import identify
@@ -257,6 +258,27 @@ def test_slider_crank_has_one_other_branch_for_any_lengths() -> None:
     assert longer.motion(np.zeros(1), 1.0).point("C").position[0] == pytest.approx(
         [shaft[0] + 0.1 + reach, 0.0], abs=1e-9
     )
+
+
+def test_assembly_is_tried_from_even_turns_and_their_mirrors(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism, start = SAW.kinematics.mechanism, SAW.kinematics.start[0].reshape(-1, 3)
+    tried: list[Any] = []
+
+    def newton(self: Any, guess: Any, *_: Any) -> Any:
+        tried.append(guess.reshape(-1, 3))
+        if len(tried) == 1:
+            raise InvalidInput("it cannot be assembled")
+        return guess
+
+    monkeypatch.setattr(references.Equations, "newton", newton)
+    # The first cannot be assembled, which stops none of the others.
+    assert len(list(references._assembled_poses(SAW))) == 15
+    crank = mechanism.body_index[mechanism.crank]
+    rod = next(k for k in range(len(start)) if k != crank)
+    for first, mirror in ((0, 1.0), (1, -1.0)):
+        turns = [guess[rod, 2] - mirror * start[rod, 2] for guess in tried[first::2]]
+        assert turns == pytest.approx([k * math.pi / 4.0 for k in range(8)])
+        assert all(guess[crank].tolist() == start[crank].tolist() for guess in tried)
 
 
 def test_uncertainty_shares_are_at_the_angle_of_largest_effect() -> None:

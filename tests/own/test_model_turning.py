@@ -15,7 +15,7 @@ from four_bars import GRASHOF, four_bar, key, rocker_pin, start_angles
 from conrod.errors import InvalidInput
 from conrod.mjcf.request import ModelRequest, PointPlace
 from conrod.models.check.scanning import _shape_error, model_facts, sampled_times, scan
-from conrod.models.check.turning import TURN_SAMPLES, Turning, prepare_turning
+from conrod.models.check.turning import NUDGE_SIZE, TURN_SAMPLES, Turning, prepare_turning
 from conrod.scenes.space import MACHINES
 
 B = PointPlace("tip", "site", "B")
@@ -202,6 +202,20 @@ def test_a_follower_that_its_cam_does_not_reach_is_refused(tmp_path: Path) -> No
     turning = turning_of(tmp_path, aside, LIFT)
     with pytest.raises(InvalidInput, match=r"^cam and ball cannot be brought to touch .*crank"):
         turning.coordinates(np.array([0.25]))
+
+
+@pytest.mark.parametrize("share", [1.0, -1.0, 1.001])
+def test_follower_touches_when_no_farther_than_a_nudge(
+    share: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    turning = turning_of(tmp_path, cam(), LIFT)
+    nudge = NUDGE_SIZE * float(turning.model.stat.extent)
+    monkeypatch.setattr("conrod.models.check.turning.distance", lambda *_: share * nudge)
+    if abs(share) > 1.0:
+        with pytest.raises(InvalidInput, match=r"^cam and ball cannot be brought to touch "):
+            turning.coordinates(np.array([0.25]))
+        return
+    assert turning.coordinates(np.array([0.25]))[0] == pytest.approx([0.25])
 
 
 def test_cam_scan_names_contact_and_travel_of_follower(tmp_path: Path) -> None:

@@ -245,6 +245,14 @@ def test_facts_of_a_table_are_those_of_its_file(tmp_path: Path) -> None:
     assert [one.name for one in shifted.estimates] == ["time"]
 
 
+def test_table_is_not_passed_by_a_motion_that_contradicts_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conrod.models.tables.study.misfit_words", lambda misfit: "it contradicts itself")
+    study = judged_places(tmp_path, position=1e-3)
+    assert (study.distrust, study.passed) == ("it contradicts itself", False)
+
+
 def test_a_table_that_leads_out_of_its_pass_is_refused(tmp_path: Path) -> None:
     scene = scene_named("swinging-four-bar")
     span = scene.mechanism().driver.span or (0.0, 0.0)

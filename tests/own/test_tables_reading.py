@@ -73,6 +73,10 @@ def test_formats_have_equal_values_and_archives_planar_arrays(tmp_path: Path) ->
         write_file(tmp_path, csv_text(EXACT, separator, decimal), f"{ord(separator)}.txt", "utf-8-sig")
     planar = {point: np.column_stack([EXACT[f"{point}.x"], EXACT[f"{point}.y"]]) for point in ("C", "M")}
     np.savez(tmp_path / "planar.npz", t=EXACT["time"], title=np.array("a run"), **planar)
+    # Columns of single precision or whole numbers are computed with in double precision.
+    short = {name: np.asarray(values, dtype="f4") for name, values in EXACT.items()}
+    np.savez(tmp_path / "short.npz", **short)  # type: ignore[arg-type]
+    assert {values.dtype for values in read_file(tmp_path / "short.npz", SAW).values.values()} == {np.dtype(float)}
     for name in ("t.csv", "32.txt", "9.txt", "t.npz", "planar.npz"):
         found = read_file(tmp_path / name, SAW).values
         assert {column: values.tolist() for column, values in found.items()} == {
@@ -98,6 +102,7 @@ GOOD = ("0,1,2", "1,2,3", "2,3,4")
     (table("0,1,2", "1,nan,3", "2,3,4"), "row 3: C.x = nan is not finite"),
     (table("0,1,2", "1,1e200,2", "2,3,4"), r"row 3: C.x = 1e\+200 is too large"),
     (table("0,1,2", "1,two,3", "2,3,4"), "row 3: C.x = 'two' is no number"),
+    (table("0,1,2", "1,NaN,3", "2,two,4"), "row 4: C.x = 'two' is no number"),
     (table("0,1,2", "1,2,3,4", "2,3,4"), "row 3 has more than the 3 cells"),
     (table("0,1,2", "1,2", "2,3,4"), "row 3: C.y = '' is no number"),
     (table(*GOOD, head="time [s],C.x [mm],C.y"), "mixed units: C.y has no unit, C.x is in mm"),

@@ -11,6 +11,8 @@ from synthetic import longer_rod, synthetic_trajectory
 from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod.exact.motion import Array
+from conrod.models.tables.errors import TableComparison
+from conrod.models.tables.sensors import _offset
 from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw
 
@@ -67,6 +69,15 @@ def test_sensor_fault_is_the_only_cause_and_has_its_size(name: str, tmp_path: Pa
     # "total" of a crank that says its own angle is another's; all that is out of tolerance is explained.
     assert set(study.exceeded) - {"phase"} <= set(explained)
     assert all(after <= 1e-4 for _, after in explained.values())
+
+
+def test_positions_off_by_another_origin_are_no_sensors_fault() -> None:
+    apart = TableComparison(changed("C.x", by=0.01), SAW)
+    assert [kind for kind, *_ in _offset(apart, "position")] == ["offset"]
+    together = TableComparison(changed(".x", by=0.01), SAW)
+    assert list(_offset(together, "position")) == []
+    # Of velocities no origin is known.
+    assert [kind for kind, *_ in _offset(TableComparison(changed("vx", by=0.01), SAW), "velocity")] == ["offset"]
 
 
 def other_speed() -> Columns:

@@ -128,6 +128,13 @@ def test_no_order_is_claimed_of_a_contact() -> None:
     assert [one.formal for one in all_refinements(scene_study(result))] == [4] * 3
 
 
+def test_refinement_of_a_run_without_steps_is_of_none() -> None:
+    result = made.validation_result(
+        "hardened", steps_per_revolution=None, refinement=made.refinement(FOURTH, FIRST, SECOND)
+    )
+    assert [one.steps for one in all_refinements(scene_study(result))] == [0] * 3
+
+
 def test_sections_of_a_model_state_paths_own_run_and_refinement() -> None:
     study = model_study()
     found, deviations = study_sections(study)

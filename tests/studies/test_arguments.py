@@ -11,6 +11,7 @@ from catalogue import CAM, SAW
 from conrod import InvalidInput
 from conrod.engines import engine_named
 from conrod.execution import resolve_arguments
+from conrod.execution.files import folder_to_write
 from conrod.execution.resolve_arguments import (
     EngineLeftOut,
     arguments_of_files,
@@ -193,3 +194,10 @@ def test_a_tolerance_is_of_a_known_quantity_in_its_unit() -> None:
     )
     assert "m/s" in refusal(check_tolerance, {"velocity": -1.0}, {"velocity": "m/s"})
     assert refusal(check_tolerance, {"position": 1.0}, {"velocity": "m/s"}).startswith("unknown quantity 'position'")
+
+
+@pytest.mark.parametrize("text", ["", " ", "-"])
+def test_folder_without_a_name_is_refused_by_its_option(text: str) -> None:
+    with pytest.raises(InvalidInput) as told:
+        folder_to_write(text, "--out")
+    assert str(told.value) == f"--out {text!r}: give the name of a folder"

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -34,6 +34,7 @@ from conrod.execution.paired_timing import PairedTiming
 from conrod.execution.result import SceneResults
 from conrod.execution.run_cost import cost_of_run
 from conrod.scenes import SCENES, Scene, scene_named
+from conrod.studies.free_motion.results import MotionResult
 from conrod.studies.validation.results import Tolerance, ValidationResult
 
 ERROR, SPREAD = 4.6446e-5, 3e-13
@@ -359,6 +360,15 @@ def test_lines_of_a_baseline_are_results_by_engine_and_preset() -> None:
 def test_a_line_has_the_sizes_that_are_numbers() -> None:
     sizes = {"a": 1.0, "b": None, "c": float("nan"), "d": float("inf")}
     assert baseline_line("opened", None, sizes) == BaselineLine("opened", None, {"a": BandedNumber(1.0, 0.0)}, {})
+
+
+def test_a_line_has_no_settings_when_its_result_has_none() -> None:
+    motion: Any = MotionResult(
+        scene="saw", engine="mujoco", engine_version="1", preset="tuned", motion="free", exact=cast(Any, None),
+        step=0.1, seconds=1.0, leaving=0.01, tolerance={}, outcome="opened",
+    )  # fmt: skip
+    line = scene_lines([SceneResults("saw", SAW, (motion,))])["mujoco tuned"]
+    assert line == BaselineLine("opened", None, {}, {})
 
 
 # -- costs -------------------------------------------------------------------------------------------------------------

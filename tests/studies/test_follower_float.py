@@ -58,6 +58,17 @@ def test_the_onset_is_where_flights_stop_shrinking_with_the_step() -> None:
     assert ColouredCell("not within 2 %", "bad") in onset_table([found]).rows[0]
 
 
+def test_speed_without_a_flight_is_not_run_with_a_finer_step() -> None:
+    def flown(cell: LimitCase) -> RunResult:
+        flights = (Flight(1.0, 1.2),) if cell.scene.preload < 1.0 else ()
+        return LimitResult(samples=1, penetration=PENETRATION, flights=flights)
+
+    found = answer_study(onset_search(case()), flown)
+    assert found.onset == pytest.approx(1.0, abs=0.003)
+    for probe in found.probes:
+        assert probe.lengths == ((0.0, None) if probe.speed < found.onset else pytest.approx((0.2, 0.2)))
+
+
 # -- real engines ------------------------------------------------------------------------------------------------------
 
 

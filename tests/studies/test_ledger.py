@@ -15,6 +15,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import platformdirs
 import pytest
 from cell_tasks import InProcessExecutor, cells, substitute_task
 from command_line import conrod
@@ -23,7 +24,7 @@ from conrod import InvalidInput
 from conrod.execution import ledger_file
 from conrod.execution.case import CaseResult
 from conrod.execution.dispatch import Watcher, run_cases
-from conrod.execution.ledger import Ledger
+from conrod.execution.ledger import Ledger, default_ledger_path
 from conrod.execution.local import FailedCall, call_isolated
 from conrod.execution.run import RunCase, RunResult
 from conrod.execution.timing import Timing
@@ -35,6 +36,13 @@ BY_KEY = {c.key: c for c in CELLS}
 MEASURED = CELLS[0].perform()
 SLOW = pytest.mark.slow
 STOPPED = RunResult("timed-out", "no result after 3 s")
+
+
+def test_ledger_is_the_named_file_or_one_in_the_cache_folder(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CONROD_LEDGER", "runs/mine.sqlite")
+    assert default_ledger_path() == Path("runs/mine.sqlite")
+    monkeypatch.delenv("CONROD_LEDGER")
+    assert default_ledger_path() == platformdirs.user_cache_path("conrod") / "ledger.sqlite"
 
 
 def test_result_is_kept_bit_for_bit_with_nan_and_infinity(ledger: Ledger, path: Path) -> None:

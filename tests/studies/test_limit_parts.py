@@ -31,7 +31,7 @@ from conrod.studies.limits.maps import classify_grid, grid_values, map_class
 from conrod.studies.limits.plan import check_applicable, plan_limits, pursue_plans
 from conrod.studies.limits.recorders import ExactTorque, FlightRecorder
 from conrod.studies.limits.records import Level, LimitResult, is_undetected, level_of
-from conrod.studies.limits.results import Walk
+from conrod.studies.limits.results import STUDY_PARTS, Walk
 
 
 def setup(scene: Scene = SAW, engine: str = "mujoco", preset: str = "hardened", steps: int | None = None) -> Setup:
@@ -286,6 +286,17 @@ def test_walks_are_reported_in_the_order_of_the_axes() -> None:
         (found,) = pursue_plans([planned(*order)], run)
         walked = list(dict.fromkeys(walk.axis for walk in found.walks))
         assert walked == sorted(asked, key=list(AXES).index)
+
+
+def test_plan_of_a_map_searches_its_setup_and_axis(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("conrod.studies.limits.plan.map_search", lambda *given: given)
+    (search,) = planned("steps-x-nearness").searches
+    assert search() == (Setup("named", SAW, "mujoco", "hardened"), "nearness")
+
+
+def test_plan_begins_with_a_study_whose_parts_are_empty() -> None:
+    empty = planned("steps").empty
+    assert [getattr(empty, part) for part in STUDY_PARTS] == [()] * len(STUDY_PARTS)
 
 
 @pytest.mark.parametrize("name", ["double-rocker", "geneva"])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from catalogue import CAM, SAW
+from catalogue import CAM, PRESS, SAW
 from synthetic import completed_result
 
 from conrod import InvalidInput
@@ -19,7 +19,7 @@ from conrod.engines import engine_named
 from conrod.execution.local import FailedCall
 from conrod.execution.run import RunCase, measure
 from conrod.mechanism.loads import Displacement, Load, Steady
-from conrod.scenes import scene_named
+from conrod.scenes import Saw, Scene, ShearPress, scene_named
 from conrod.studies.limits import determinism, stream_run
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.limits.determinism import RepeatedCase
@@ -263,3 +263,33 @@ def test_failed_second_process_is_the_outcome_with_its_reason(monkeypatch: pytes
     # Twice, after another machine, and in another process.
     assert done == ["mine", "mine", "another", "mine", "mine"]
     assert (found.fingerprint, found.again) == ("run 1", ("run 2", "run 4", "run 5"))
+
+
+@pytest.mark.parametrize(("scene", "other"), [(SAW, ShearPress), (PRESS, Saw)])
+def test_machine_between_repeats_is_another_for_one_turn(
+    scene: Scene, other: type[Scene], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[LimitCase] = []
+
+    def task(one: LimitCase) -> LimitResult:
+        done.append(one)
+        return LimitResult(fingerprint="same")
+
+    monkeypatch.setattr(determinism, "call_isolated", lambda function, one: function(one))
+    case = RepeatedCase("mine", scene, engine_named("mujoco").presets["hardened"](scene, 100), revolutions=3.0)
+    determinism.run_repeatedly(case, task)
+    between = done[2]
+    assert isinstance(between.scene, other)
+    assert (between.settings.steps_per_revolution, between.revolutions) == (determinism.OTHER_MACHINE_STEPS, 1.0)
+    # What is kept of a run is found again by the names of these fields.
+    assert case.key_fields() == LimitCase.key_fields(case) | {"repeated": determinism.REPEATED_RUNS}
+
+
+def test_engine_without_a_setting_of_gravity_has_all_weights(monkeypatch: pytest.MonkeyPatch) -> None:
+    known: list[Any] = []
+    monkeypatch.setattr(stream_run, "ExactTorque", lambda *_, gravity: known.append(gravity))
+    exudyn, mujoco = case_of(engine="exudyn", preset=next(iter(engine_named("exudyn").presets))), case_of()
+    assert "gravity" not in exudyn.settings.as_dict()
+    for case in (exudyn, mujoco, replace(mujoco, settings=replace(mujoco.settings, gravity=False))):
+        stream_run.RunStatistics(case)
+    assert known == [True, True, False]

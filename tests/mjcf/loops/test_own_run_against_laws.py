@@ -13,8 +13,8 @@ import pytest
 from own_model_edits import TEXTS, replace_once
 
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
-from conrod.models.loops import study
-from conrod.models.loops.law_comparison import allowed_speed_error, is_on_branch_of_laws
+from conrod.models.loops import law_comparison, study
+from conrod.models.loops.law_comparison import allowed_speed_error, commands_force, is_on_branch_of_laws
 from conrod.models.loops.report import finding
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
@@ -247,3 +247,36 @@ def test_held_base_is_no_other_branch_when_it_moves_in_own_run() -> None:
     mirrored[7:] = OTHER_POSE
     assert is_on_branch_of_laws(bench.machine, names, fallen, 4e-3) is True
     assert is_on_branch_of_laws(bench.machine, names, mirrored, 4e-3) is False
+
+
+@pytest.mark.parametrize(("actuator", "control", "commanded"), [
+    ("motor", 0.0, False), ("motor", 1.0, True), ("motor", -2.0, True), ("velocity", 0.0, False),
+    ("velocity", 2.0, False), ("position", 2.0, False),
+])  # fmt: skip
+def test_force_is_commanded_by_a_motor_with_a_control(actuator: str, control: float, commanded: bool) -> None:
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><body><joint name="j"/><geom size="0.1"/></body></worldbody><actuator><{actuator} '
+        'joint="j"/></actuator></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    data.ctrl[:] = control
+    assert commands_force(model, data) is commanded
+
+
+def test_run_has_its_pose_after_the_laws_and_a_rate_per_step() -> None:
+    model = mujoco.MjModel.from_xml_string(keyed())
+    data, alone = mujoco.MjData(model), mujoco.MjData(model)
+    mujoco.mj_step(model, alone, nstep=3)
+    (first, last), rates = law_comparison._run_on(model, data, 3, 2)
+    assert (first.tolist(), last.tolist()) == ([0.0] * 3, alone.qpos.tolist())
+    assert rates[2].tolist() == alone.qvel.tolist()
+    assert len(rates) == 5
+
+
+@pytest.mark.parametrize(("around", "led"), [(True, 0.5), (False, 0.5 + 20.0 * np.pi)])
+def test_hinge_is_led_the_shorter_way_or_all_its_turns(around: bool, led: float) -> None:
+    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(SAW), LoopRequest({"crank": "40rpm"}))
+    start = bench.machine.knots[0].coordinates
+    end = start + np.array([[0.0], [0.5 + 20.0 * np.pi], [0.0]])
+    law = law_comparison._laws_between(bench.machine, start, end, around)["crank"]
+    assert law.derivatives(np.array([0.0, 1.0]))[0] == pytest.approx([0.0, led])

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from conrod.comparison.trajectory import Settings
 from conrod.engines.engine import with_fields
@@ -150,15 +151,13 @@ def _declaration_text(setup: Setup, number: float) -> str:
     return "; ".join(", ".join(one.name for one in kind) for kind in (order.bodies, order.joints))
 
 
-def _one_pass_refusal(rest: str) -> Callable[[Setup], str | None]:
-    """Return a function that gives the reason why an input that makes one pass lacks an axis.
+def _one_pass_refusal(rest: str, setup: Setup) -> str | None:
+    """Return the reason why an input that makes one pass lacks an axis; None if it has it.
 
     Args:
         rest: end of the reason, after "the input of ... makes one pass".
     """
-    return lambda setup: (
-        f"the input of {setup.scene.kind} makes one pass {rest}" if setup.mechanism.driver.span else None
-    )
+    return f"the input of {setup.scene.kind} makes one pass {rest}" if setup.mechanism.driver.span else None
 
 
 # -- the table -------------------------------------------------------------------------------------------------------
@@ -222,7 +221,7 @@ AXIS_TABLE = (
     Axis(
         "run-length", "Length of the run", "revolutions", Scale.COUNT, _case_of_length,
         safe_end=1.0, failing_end=1000.0, allowed=(1.0, 1e6),
-        missing_reason=_one_pass_refusal("and no more"), text=_count_formatter("revolution"),
+        missing_reason=partial(_one_pass_refusal, "and no more"), text=_count_formatter("revolution"),
     ),
     Axis(
         "length-unit", "Unit of length", "numbers of all lengths over those in metres", Scale.LOG,
@@ -239,7 +238,7 @@ AXIS_TABLE = (
     Axis(
         "start-pose", "Start pose", "crank angle at the start [deg]", Scale.LISTED,
         lambda setup, value: setup.case_with(start_angle=math.radians(value)),
-        missing_reason=_one_pass_refusal("from its start"), values=_start_angles,
+        missing_reason=partial(_one_pass_refusal, "from its start"), values=_start_angles,
         text=lambda setup, value: f"{value:.5g} deg",
     ),
     Axis(
