@@ -82,6 +82,9 @@ def test_an_extreme_is_that_of_the_machine() -> None:
     cam = motion_words(SceneStudy("cam-follower", SCENES["cam-follower"], ()))
     assert "position [mm] y from 45 at 0.0 deg to 118 at 180.0 deg" in cam
     assert "jerk [m/s³] y from" in cam
+    # A dwell begins where its law ends, however flat that is.
+    dwelling = motion_words(SceneStudy("cam", scene_named("cam-4-5-6-7"), ()))
+    assert "position [mm] y from 85 at 0.0 deg to 118 at 120.0 deg" in dwelling
 
 
 def test_crank_angles_are_negative_if_the_crank_turns_back() -> None:

@@ -21,6 +21,7 @@ PAGE_UNITS = {"position": ("mm", 1e3), "velocity": ("m/s", 1.0), "acceleration":
 COMPONENTS = "xy"
 STEP = math.radians(0.25)  # between exact samples [rad]: a parabola through three finds an extreme to 0.01 deg
 NOISE_SHARE = 1e-9  # of L, omega L, ...: what a component moves by less is rounding, as is a difference of extremes
+STEP_NOISE = 1e-3  # of the noise: what a step may rise or fall by rounding
 NOTHING_SHARE = 1e-6  # of the other extreme: a smaller one is printed as 0
 VALUE_DIGITS, SETTLED_DIGITS = 4, 9  # of a printed value; and of the value before, which hides its last bits
 
@@ -50,13 +51,18 @@ class ExactCurve:
         for angles, values in self.pieces:
             high = sign * values
             at = int(np.argmax(high > high.max() - self.noise))
+            rounding = STEP_NOISE * self.noise
+            while at < len(high) - 1 and high[at + 1] > high[at] + rounding:
+                at += 1  # up a flat side, to its very top
             angle, value = float(angles[at]), float(high[at])
-            if 0 < at < len(high) - 1:
-                left, right = float(high[at - 1]) - value, float(high[at + 1]) - value
-                # Vertex of the parabola through (-1, left), (0, 0), (1, right), in steps.
-                shift = 0.5 * (left - right) / (left + right)
+            dwells = at + 2 < len(high) and high[at + 1 : at + 3].min() > value - rounding
+            inside = 0 < at < len(high) - 1 and not dwells
+            if inside and (bend := float(high[at - 1] + high[at + 1]) - 2.0 * value) < 0.0:
+                # Vertex of the parabola through (-1, left), (0, value), (1, right), in steps.
+                rise = float(high[at + 1] - high[at - 1])
+                shift = float(np.clip(-0.5 * rise / bend, -0.5, 0.5))
                 angle += shift * float(angles[at + 1] - angles[at])
-                value -= 0.25 * (left - right) * shift
+                value += (0.5 * rise + 0.5 * bend * shift) * shift
             found.append((angle, value))
         most = max(value for _, value in found)
         angle, value = next(one for one in found if one[1] > most - self.noise)
