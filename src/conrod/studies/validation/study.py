@@ -12,7 +12,7 @@ from conrod.engines.engine import judged_preset
 from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, Plan, presets_study
 from conrod.scenes import Scene
-from conrod.studies.validation.dynamic_mode import MARKED_SAMPLES, validate_dynamic
+from conrod.studies.validation.dynamic_mode import validate_dynamic
 from conrod.studies.validation.kinematic_mode import validate_kinematic
 from conrod.studies.validation.results import SceneStudy, ValidationResult, empty_result
 
@@ -48,8 +48,7 @@ class ValidationCase(JudgedCase[ValidationResult]):
             return Plan(None, 1.0).run_fields(
                 self.scene, self.loaded_engine.presets[judged_preset(self.loaded_engine)], False
             )
-        kept = {"marked_samples": MARKED_SAMPLES}  # a run of before, which kept none, is made again
-        return self.plan.run_fields(self.scene, self.loaded_engine.presets[self.preset]) | kept
+        return self.plan.run_fields(self.scene, self.loaded_engine.presets[self.preset])
 
 
 def validation_study(
