@@ -12,7 +12,19 @@ import numpy as np
 import pytest
 from catalogue import CAMS
 
-from audits.cam_runs import EXACT, EXACT_MEAN, STEPS, CamFamily, CamRun, cam_run, families, mean_motion
+from audits.cam_runs import (
+    EXACT,
+    EXACT_MEAN,
+    FINE_DEGREES,
+    STEPS,
+    CamFamily,
+    CamRun,
+    cam_run,
+    engine_lift,
+    families,
+    mark_degrees,
+    mean_motion,
+)
 from audits.cam_survey import cams, surveys
 from audits.cams import PART
 from audits.documents.arc_cam import ArcCam
@@ -135,6 +147,20 @@ def test_committed_report_has_every_cam_within_tolerance() -> None:
 def test_committed_page_of_cams_is_what_its_numbers_give() -> None:
     part = Part(PART, committed(), "make cams", "")
     assert CAMS_REPORT.page_of(part).text == (COMMITTED / "README.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+def test_committed_cam_run_again_has_its_numbers(engine: str) -> None:
+    (kept,) = (cam for cam in committed().cams if (cam.base, cam.flank) == (EXTREME.base, EXTREME.flank))
+    lift = engine_lift(EXTREME.scene, engine, STEPS)
+    assert lift is not None
+    peaks = np.abs(mean_motion(lift, FINE_DEGREES)[1:]).max(axis=1)
+    assert np.allclose(peaks, kept.peaks[engine], rtol=5e-4)
+    at = mark_degrees(engine)
+    assert np.allclose(
+        mean_motion(lift, np.where(at < 180.0, at + 360.0, at)), kept.marks[engine], rtol=0.0, atol=0.051
+    )
 
 
 @pytest.mark.slow
