@@ -23,9 +23,9 @@ MODULES = {
 VERBS = [module.removeprefix("conrod.") for module in MODULES if module.endswith(".verb")]
 # Modules of slices that draw.
 DRAWINGS = (
-    "models.tables.charts", "studies.free_motion.charts", "studies.limits.charts", "studies.limits.map_figure",
-    "studies.limits.report", "studies.sweep.report", "studies.validation.charts", "studies.validation.motion_chart",
-    "studies.versions.report",
+    "models.tables.charts", "models.torque_runs.charts", "studies.free_motion.charts", "studies.limits.charts",
+    "studies.limits.map_figure", "studies.limits.report", "studies.sweep.report", "studies.validation.charts",
+    "studies.validation.motion_chart", "studies.versions.report",
 )  # fmt: skip
 
 # The floors of the house, the lowest first: a room imports from its own floor and from those below (docs/design.md).

@@ -67,6 +67,12 @@ SLICES = (
         uses=("studies.validation",),
     ),
     Slice("models.tables", functions={"check_table": "api"}, reports={"trajectory": "report.TABLE_REPORT"}),
+    Slice(
+        "models.torque_runs",
+        functions={"check_torque_run": "api"},
+        reports={"torque-run": "report.TORQUE_RUN_REPORT"},
+        uses=("models.tables",),
+    ),
     Slice("models.fmu", functions={"check_fmu": "api"}, uses=("models.tables",)),
     Slice("models.loops", functions={"check_loops": "api"}, reports={"loops": "report.LOOPS_REPORT"}),
     Slice(

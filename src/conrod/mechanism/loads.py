@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -141,9 +142,51 @@ class TimePulse:
         return np.asarray(self.peak * np.sin(math.pi * share) ** 2 + 0.0 * value)
 
 
+@dataclass(frozen=True)
+class Sampled:
+    """A force given at instants; before the first and after the last it is what it is there.
+
+    Attributes:
+        times: instants [s], growing.
+        sizes: force at each [N] or [N m].
+        between: between two instants `linear`, or held: the value of the `previous` or of the `next` one.
+    """
+
+    times: tuple[float, ...]
+    sizes: tuple[float, ...]
+    between: str = "linear"
+
+    def force(self, value: Array, rate: Array, time: Array) -> Array:
+        return np.asarray(self._sizes_at(time) + 0.0 * value)
+
+    def _sizes_at(self, time: Array) -> Array:
+        times, sizes = self._arrays
+        if self.between == "linear":
+            return np.asarray(np.interp(time, times, sizes))
+        if self.between == "previous":
+            place = np.searchsorted(times, time, side="right") - 1
+        else:
+            place = np.searchsorted(times, time, side="left")
+        return np.asarray(sizes[np.clip(place, 0, len(sizes) - 1)])
+
+    @cached_property
+    def _arrays(self) -> tuple[Array, Array]:
+        return np.array(self.times), np.array(self.sizes)
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Instants [s] at which the force jumps, or its first derivative does."""
+        times, sizes = self._arrays
+        if self.between != "linear":
+            jumps = np.flatnonzero(np.diff(sizes) != 0.0)
+            return tuple(times[jumps + (self.between == "previous")].tolist())
+        slopes = np.concatenate([[0.0], np.diff(sizes) / np.diff(times), [0.0]])
+        return tuple(times[np.diff(slopes) != 0.0].tolist())
+
+
 # `force` is along the coordinate (T,) [N], or [N m] of a turn, at values, rates and times (T,), SI; `energy` [J] is
 # what a conservative one stores.
-LoadLaw: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse
+LoadLaw: TypeAlias = Elastic | Viscous | Steady | Friction | SpeedLine | StrokePulse | TimePulse | Sampled
 CONSERVATIVE = (Elastic, Steady)
 
 

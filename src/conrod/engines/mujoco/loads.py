@@ -22,6 +22,7 @@ from conrod.mechanism.loads import (
     Elastic,
     Friction,
     Load,
+    Sampled,
     SpeedLine,
     Steady,
     StrokePulse,
@@ -111,7 +112,7 @@ def _closure_sites(joint: Revolute) -> tuple[str, str]:
 # -- loads -------------------------------------------------------------------------------------------------------------
 
 
-CALLBACK_LAWS = (Friction, StrokePulse, TimePulse)  # laws that MJCF cannot say
+CALLBACK_LAWS = (Friction, Sampled, StrokePulse, TimePulse)  # laws that MJCF cannot say
 
 
 def callback_loads(mechanism: Mechanism) -> tuple[Load, ...]:

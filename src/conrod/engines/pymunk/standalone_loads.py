@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import assert_never
 
+from conrod.errors import InvalidInput
 from conrod.mechanism.loads import (
     Coordinate,
     Displacement,
@@ -14,6 +15,7 @@ from conrod.mechanism.loads import (
     Load,
     LoadLaw,
     Point,
+    Sampled,
     SpeedLine,
     Steady,
     StrokePulse,
@@ -66,6 +68,8 @@ def _force_expression(law: LoadLaw) -> str:
             found = f"{-law.sense * law.peak!r} * {pulse} if rate * {law.sense} > 0.0 else 0.0"
         case TimePulse():
             found = f"{law.peak!r} * _pulse(instant, {law.start!r}, {law.stop!r})"
+        case Sampled():
+            raise InvalidInput("a force given at instants is not written into a module: set it at each step")
         case _:
             assert_never(law)
     return found

@@ -20,11 +20,12 @@ import numpy as np
 
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.dynamics import coordinate_jet
+from conrod.exact.dynamics.configuration_series import ConfigurationSeries
 from conrod.exact.dynamics.integration import EventIntegrator, kink_events
 from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics, ReducedState
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import TimePulse
+from conrod.mechanism.loads import Sampled, TimePulse
 from conrod.mechanism.mechanism import Mechanism
 
 MIN_TURN_DERIVATIVE = 1e-9  # rotation of a body by arc length; below it the body does not turn
@@ -32,6 +33,8 @@ BALANCE_TOLERANCE = 1e-12  # net force over the sum of the sizes of all forces, 
 # Largest rotation [rad] of every body in one step. Drift of energy with and without this limit, in about the same time:
 # a cam of law 3-4-5 in 10 s 1e-13, 1.4e-11; a saw at 500 rpm in 3 s 2e-13, 5e-12.
 MAX_STEP_TURN = 0.02
+# Of `crank_start`: Newton steps, and the largest of them [rad].
+MAX_NEWTON_STEPS, MAX_NEWTON_TURN = 200, 0.2
 RATE_TOLERANCE = 1e-6  # of the largest rate, for given rates of several bodies that the joints couple
 
 
@@ -72,19 +75,25 @@ class FreeMotion:
 
 
 class ForwardDynamics:
-    """Motion of one mechanism under its weight, its constant forces and its loads."""
+    """Motion of one mechanism under its weight, its constant forces and its loads.
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    Args:
+        configurations: as in `ReducedDynamics`.
+    """
+
+    def __init__(self, mechanism: Mechanism, configurations: ConfigurationSeries | None = None) -> None:
         self.mechanism, self.loads = mechanism, mechanism.loads
-        self.reduced = ReducedDynamics(mechanism)
+        self.reduced = ReducedDynamics(mechanism, configurations)
         self._driven = [load.law for load in self.loads if not load.conservative]
+        self._piece: float | None = None  # [s], an instant between the same two jumps of held forces as now
 
-    def motion(self, times: Array, rates: Mapping[str, float]) -> FreeMotion:
+    def motion(self, times: Array, rates: Mapping[str, float], start: tuple[float, float] | None = None) -> FreeMotion:
         """Integrate the motion from the start poses.
 
         Args:
             times: (T,) [s], growing from 0.
             rates: turn rates of bodies at time 0 [rad/s], counter-clockwise; one determines all, none means rest.
+            start: arc length and its rate at time 0, of `crank_start`; None for the start poses, at those rates.
 
         Raises:
             InvalidInput: the joints do not allow the rates, the mechanism rests where its loads cannot move it, a
@@ -94,16 +103,18 @@ class ForwardDynamics:
         times = np.asarray(times, dtype=float)
         if not (len(times) and np.isfinite(times).all() and times[0] >= 0.0 and (np.diff(times) > 0.0).all()):
             raise InvalidInput(f"{mechanism.name}: times must be finite and grow from 0 on")
-        start = np.array([0.0, self.start_rate(rates), 0.0])
-        if start[1] == 0.0:
-            self._check_rest()
+        along, rate = (0.0, self.start_rate(rates)) if start is None else start
+        if rate == 0.0:
+            self._check_rest(along)
         pulses = [load.law for load in self.loads if isinstance(load.law, TimePulse)]
+        sampled = [load.law for load in self.loads if isinstance(load.law, Sampled)]
         course = EventIntegrator(
-            self._rates, self._state_scales(start[1], float(times[-1])), kink_events(self.reduced, self.loads),
-            {time for pulse in pulses for time in (pulse.start, pulse.stop)},
-            MAX_STEP_TURN * self.reduced.configurations.curve.unit,
+            self.state_derivative, self._state_scales(rate, float(times[-1])), kink_events(self.reduced, self.loads),
+            {time for pulse in pulses for time in (pulse.start, pulse.stop)}.union(*(law.kinks for law in sampled)),
+            MAX_STEP_TURN * self.reduced.configurations.curve.unit, self._enter_piece,
         )  # fmt: skip
-        states = course.integrate(times, start, self.reduced.crossings)
+        states = course.integrate(times, np.array([along, rate, 0.0]), self.reduced.crossings)
+        self._piece = None
         return self._motion(times, states, tuple(sorted(course.crossing_times)))
 
     def start_rate(self, given: Mapping[str, float]) -> float:
@@ -136,9 +147,36 @@ class ForwardDynamics:
                 )
         return along
 
+    def crank_start(self, angle: float, speed: float) -> tuple[float, float]:
+        """Arc length and its rate where the crank is at an angle [rad] and a speed [rad/s] in the driver's sense.
+
+        Raises:
+            InvalidInput: the crank does not come to the angle, or cannot turn there.
+        """
+        mechanism = self.mechanism
+        sense, turning = mechanism.driver.sense, 3 * mechanism.body_index[mechanism.crank] + 2
+        first, along = float(self.reduced.poses_with_derivatives(0.0)[0][turning]), 0.0
+        for _ in range(MAX_NEWTON_STEPS):
+            poses, tangent, _ = self.reduced.poses_with_derivatives(along)
+            slope = sense * float(tangent[turning])
+            if abs(slope) < MIN_TURN_DERIVATIVE:
+                raise InvalidInput(
+                    f"{mechanism.name}: the crank cannot start at {math.degrees(angle):.6g} deg: on the way there it "
+                    "stands in a dead centre"
+                )
+            off = angle - sense * (float(poses[turning]) - first)
+            along += off / slope if abs(off) < MAX_NEWTON_TURN else math.copysign(MAX_NEWTON_TURN, off) / slope
+            if abs(off) < 1e-14 * max(1.0, abs(angle)):
+                break
+        return along, speed / slope
+
     # -- the differential equation -----------------------------------------------------------------------------------
 
-    def _rates(self, time: float, state: Array) -> Array:
+    def _enter_piece(self, middle: float) -> None:
+        """Note an instant [s] within the piece that is integrated next."""
+        self._piece = middle
+
+    def state_derivative(self, time: float, state: Array) -> Array:
         """Time derivative of the state (arc length, its rate, work of loads without a potential)."""
         rate = float(state[1])
         at = self.reduced.evaluate(float(state[0]))
@@ -155,19 +193,19 @@ class ForwardDynamics:
         """Force along the arc length of the loads without a potential."""
         total = 0.0
         for law, value, derivative in zip(self._driven, at.load_coordinates, at.load_derivatives, strict=True):
-            total += float(law.force(np.asarray(value), np.asarray(derivative * rate), np.asarray(time))) * float(
-                derivative
-            )
+            held = isinstance(law, Sampled) and law.between != "linear" and self._piece is not None
+            instant = np.asarray(self._piece if held else time)
+            total += float(law.force(np.asarray(value), np.asarray(derivative * rate), instant)) * float(derivative)
         if not math.isfinite(total):
             raise InvalidInput(f"{self.mechanism.name}: a force is not finite at t = {time:g} s")
         return total
 
-    def _check_rest(self) -> None:
+    def _check_rest(self, along: float) -> None:
         """Refuse a start at rest in exact balance: rounding would decide when and which way it moves."""
-        if any(isinstance(load.law, TimePulse) for load in self.loads):
+        if any(isinstance(load.law, TimePulse | Sampled) for load in self.loads):
             return
-        at, mechanism, total = self.reduced.evaluate(0.0), self.mechanism, 0.0
-        point, tangent, _ = self.reduced.poses_with_derivatives(0.0)
+        at, mechanism, total = self.reduced.evaluate(along), self.mechanism, 0.0
+        point, tangent, _ = self.reduced.poses_with_derivatives(along)
         bodies = pose_jets(mechanism, [point[None], tangent[None]])
         # Weights and constant forces, times how far their bodies go by the arc length.
         for body in mechanism.bodies:
@@ -189,6 +227,12 @@ class ForwardDynamics:
         """Sizes of arc length, its rate and work, which absolute tolerances refer to."""
         at, ahead = self.reduced.evaluate(0.0), self.reduced.configurations.ahead[0].stop
         push = abs(at.conservative_force) + abs(self._force(at, rate, 0.0))
+        # A sampled force may be 0 at first.
+        push += sum(
+            float(np.abs(law.sizes).max()) * abs(float(derivative))
+            for law, derivative in zip(self._driven, at.load_derivatives, strict=True)
+            if isinstance(law, Sampled)
+        )
         energy = max(at.inertia * rate * rate, push * min(ahead, push * time * time / at.inertia), 1e-20)
         return np.array([self.reduced.configurations.curve.unit, math.sqrt(energy / at.inertia), energy])
 
@@ -203,7 +247,7 @@ class ForwardDynamics:
         for k, (s, v, t) in enumerate(zip(along, rate, times, strict=True)):
             at = self.reduced.evaluate(float(s))
             kinetic[k], potential[k] = 0.5 * at.inertia * v * v, at.potential
-            acceleration = self._rates(float(t), np.array([s, v, 0.0]))[1]
+            acceleration = self.state_derivative(float(t), np.array([s, v, 0.0]))[1]
             poses[k], tangent, curvature = self.reduced.poses_with_derivatives(float(s))
             rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
         scale = float(max(kinetic.max(), np.ptp(potential))) or 1.0

@@ -36,6 +36,8 @@ class EventIntegrator:
         absolute: smallest size of each entry of the state (K,) that tolerances refer to.
         kink_events: functions of time and state whose change of sign is a kink of the rates.
         breaks: times [s] of kinks known before.
+        begin_piece: called with the middle [s] of each piece between two of these, before it is integrated: at its end
+            a force that jumps has two values.
         farthest: approximate largest change of the first entry in one step. Where nothing changes for a while, as in a
             cam's dwell, steps grow, and the stages of a long step may miss a force that sets in gently.
     """
@@ -43,7 +45,7 @@ class EventIntegrator:
     def __init__(
         self, rates: Callable[[float, Array], Array], absolute: Array, kink_events: Sequence[Event], breaks:
             Iterable[float],
-        farthest: float,
+        farthest: float, begin_piece: Callable[[float], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self._rates, self._absolute, self._kinks, self._farthest = (
             rates,
@@ -51,7 +53,7 @@ class EventIntegrator:
             kink_events,
             farthest,
         )
-        self._breaks = sorted(breaks)
+        self._breaks, self._begin_piece = sorted(breaks), begin_piece
         self.crossing_times: list[float] = []
         self._end, self._short = 1.0, 0
 
@@ -70,6 +72,7 @@ class EventIntegrator:
         self._sampled[times <= 0.0] = start
         now, state = 0.0, start
         for stop in [*(t for t in self._breaks if 0.0 < t < end), end]:
+            self._begin_piece(0.5 * (now + stop))
             while now < stop:
                 now, state = self._until_kink(now, state, stop)
         return self._sampled

@@ -8,7 +8,6 @@ Planar Machinery).
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -21,7 +20,7 @@ from conrod.exact.dynamics.configuration_series import ConfigurationSeries
 from conrod.exact.dynamics.curve_piece import DEGREE, CurvePiece
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import CONSERVATIVE, Coordinate, Load, Turn
+from conrod.mechanism.loads import CONSERVATIVE, Coordinate, Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
 ORDERS = np.arange(DEGREE + 1)
@@ -41,11 +40,15 @@ class ReducedState:
 
 
 class ReducedDynamics:
-    """The mechanism reduced to the arc length of its configuration curve."""
+    """The mechanism reduced to the arc length of its configuration curve.
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    Args:
+        configurations: those of the mechanism, or of one that differs in masses and loads alone; None to track them.
+    """
+
+    def __init__(self, mechanism: Mechanism, configurations: ConfigurationSeries | None = None) -> None:
         self.mechanism = mechanism
-        self.configurations = ConfigurationSeries(mechanism)
+        self.configurations = ConfigurationSeries(mechanism) if configurations is None else configurations
         self._known: dict[int, tuple[CurvePiece, Array]] = {}  # by identity of pieces, which are kept for it
         # Loads whose coordinates come from the series; springs on rotations among them, and loads without a potential.
         loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
@@ -114,7 +117,7 @@ class ReducedDynamics:
     def _series(self, piece: CurvePiece) -> Array:
         """Chebyshev series (DEGREE + 1, columns) of the columns of `_reduce_piece`."""
         with np.errstate(divide="ignore", invalid="ignore"):  # what comes of it is refused below
-            columns = _reduce_piece(self.configurations, piece, self.mechanism.loads)
+            columns = _reduce_piece(self.mechanism, self.configurations.curve.scale, piece)
         inertia = np.ascontiguousarray(columns[:, 0])
         least = _series_minimum(piece.series(inertia)) / inertia.max()
         if not least > MIN_INERTIA_RATIO:
@@ -138,14 +141,13 @@ def _series_minimum(series: Array) -> float:
     return float(min(vertex, values.min()))
 
 
-def _reduce_piece(configurations: ConfigurationSeries, piece: CurvePiece, loads: Sequence[Load]) -> Array:
+def _reduce_piece(mechanism: Mechanism, scale: Array, piece: CurvePiece) -> Array:
     """Reduce the mechanism at the nodes of a piece to functions of arc length; (K, 4 + 2 L).
 
     Columns: inertia I [kg m^2], as arc lengths are angles, and its derivative; potential V of weight, constant forces
     and springs [J] and -V'; coordinates of the L other loads, and their derivatives. Loads on rotations are among
     these, because they change with whole turns of the crank.
     """
-    mechanism, scale = configurations.mechanism, configurations.curve.scale
     bodies = pose_jets(mechanism, [piece.points * scale, piece.tangents * scale, 0.5 * piece.curvatures * scale])
     inertia, inertia_derivative, potential, conservative_force = (np.zeros(len(piece.points)) for _ in range(4))
     for body in mechanism.bodies:
@@ -160,7 +162,7 @@ def _reduce_piece(configurations: ConfigurationSeries, piece: CurvePiece, loads:
         potential -= fx * x[0] + fy * y[0]
         conservative_force += fx * x[1] + fy * y[1]
     values, rates = [], []
-    for load in loads:
+    for load in mechanism.loads:
         along = [np.asarray(c) for c in coordinate_jet(load.along, bodies).coefficients]
         if isinstance(load.law, CONSERVATIVE) and not isinstance(load.along, Turn):
             potential += load.law.energy(along[0])

@@ -28,7 +28,8 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
             in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
             arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
         scene: the machine that a model, an FMU or a table is to be; none for a model whose joints are driven by laws.
-        arguments: as in `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`. A scene's runs are made
+        arguments: as in `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`; of a table
+            with `torque`, as in `check_torque_run`. A scene's runs are made
             here and now unless `runs` says otherwise: no result of an earlier day answers for it.
 
     Raises:
@@ -53,7 +54,10 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
     if name.endswith(FMUS):
         return conrod.check_fmu(subject, **_keywords("check_fmu", "an FMU", arguments, scene=scene))
     if is_table:
-        return conrod.check_table(subject, **_keywords("check_table", "a table", arguments, scene=scene))
+        under_torque = "torque" in arguments and "check_torque_run" in conrod.__all__
+        function, what = ("check_torque_run", "a run under a torque") if under_torque else ("check_table", "a table")
+        found: Findings[Any] = getattr(conrod, function)(subject, **_keywords(function, what, arguments, scene=scene))
+        return found
     given = _keywords("check_model", "a model", arguments, scene=scene)
     return conrod.check_model(subject, **{"crank": None, "points": {}, **given})
 
@@ -61,7 +65,7 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
 # What each function judges, in words, by its name.
 JUDGED = {
     "validate": "scenes", "check_model": "models", "check_fmu": "FMUs", "check_table": "tables",
-    "check_loops": "closed loops",
+    "check_loops": "closed loops", "check_torque_run": "tables of runs under a torque",
 }  # fmt: skip
 
 

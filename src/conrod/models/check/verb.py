@@ -54,6 +54,10 @@ class CheckOptions(VerificationOptions):
     steps_per_rev: int | None = option(
         "--steps-per-rev", RUNS, type=int, metavar="N", help="Steps a turn, of an FMU [1000]."
     )
+    torque: str | None = option(
+        "--torque", RUNS, metavar="TORQUE", help="On the crank of a table's run: 5 Nm, a column, a file."
+    )
+    start: str | None = option("--start", RUNS, metavar="SPEED", help="Of its crank, e.g. 0rpm or 0rpm,30deg.")
     preset: str | None = option("--preset", RUNS)
     cell_timeout: float | None = option(
         "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run of an FMU [600 s]."
@@ -63,7 +67,9 @@ class CheckOptions(VerificationOptions):
 
 MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls")
 TABLE = ("columns", "units", "estimate")
+TORQUE_RUN = ("torque", "start")
 RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
+WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "measured", "limits", "uncertainties")
 MEASUREMENTS = ("measured", "limits", "uncertainties")
 WITH_DRIVE = (
     *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
@@ -74,11 +80,9 @@ WITH_DRIVE = (
 @options.verb(CheckOptions)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
-    """Judge a FILE of your own by an exact motion, as it stands.
+    """Judge FILE, a model (.xml, .mjb), FMU or table (.csv, .npz), as it stands.
 
-    A MuJoCo model (.xml, .mjb), an FMU (.fmu) or a table (.csv, .npz, ...) by that of --scene; closed loops of a model
-    by its own, with --drive.
-    Exit status 0: all that was judged is within tolerance; 1: something is not.
+    By that of --scene, or its own with --drive. Exit status 1: out of tolerance.
     """
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.endings import FILES, FMUS, MODELS
@@ -136,7 +140,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     refuse(
         asked, "a model: it is judged as it is, in MuJoCo, at its own step", "preset", "steps_per_rev", "cell_timeout"
     )
-    refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE))
+    refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE), *TORQUE_RUN)
     crank, points = _crank_and_points(asked, scene[1])
     files = check_outputs(MODEL_REPORT, [path.stem], asked, protected_model_files(path))
     dossier = _dossier("check", (name,), asked, dict([scene]))
@@ -193,6 +197,11 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
 
     path, scene = Path(name), (str(asked.scene), select_scene(str(asked.scene), asked.assignments)[1])
     what = "an FMU" if is_fmu else "a table"
+    if not is_fmu and asked.torque is not None:
+        _check_torque_run(path, scene, asked)
+        return
+    refuse(asked, f"{what} without --torque: it is for a run under one", "start")
+    refuse(asked, f"{what}: it is for a table", "torque")
     refuse(asked, f"{what}: it is for a model", *MODEL)
     refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
     files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
@@ -222,6 +231,35 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     files.print_and_write(found, "check", {PART: name})
     if dossier:
         dossier.write(found)
+    exit_with_verdict(found)
+
+
+def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -> None:
+    """Judge a run under a torque on the crank."""
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.mechanism.units import parse_quantity
+    from conrod.models.tables.api import READING_TIMEOUT
+    from conrod.models.torque_runs.api import check_torque_run
+    from conrod.models.torque_runs.comparison import JUDGED_QUANTITIES
+    from conrod.models.torque_runs.report import PART, TORQUE_RUN_REPORT
+
+    refuse(asked, "--torque: a run under a torque", *MODEL, *RUNS_OF_FMU, *WITHOUT_TORQUE)
+    files = check_outputs(TORQUE_RUN_REPORT, [PART], asked, {"the table": path})
+    start = None
+    if asked.start is not None:
+        speed, _, angle = asked.start.partition(",")
+        start = parse_quantity("--start", speed, "rad/s"), parse_quantity("--start", angle or "0", "rad")
+    with waiting(path, READING_TIMEOUT):
+        found = check_torque_run(
+            path,
+            scene,
+            str(asked.torque),
+            start=start,
+            columns=columns_in(asked.columns, tuple(scene[1].lengths)),
+            units=asked.units,
+            tolerance=tolerance_in(asked.tolerance, JUDGED_QUANTITIES),
+        )
+    files.print_and_write(found, "check", {PART: str(path)})
     exit_with_verdict(found)
 
 

@@ -32,6 +32,7 @@ DIMENSIONS = {
     "rad": "angle",
     "rad/s": "angular speed",
     "rad/s^2": "angular acceleration",
+    "N*m": "torque",
 }
 # Columns with these units speak of the same thing: in one table either all of them name their unit or none.
 UNIT_FAMILIES = (("m", "m/s", "m/s^2"), ("rad", "rad/s", "rad/s^2"))

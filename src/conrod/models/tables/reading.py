@@ -65,7 +65,7 @@ def read_table(path: Path, points: tuple[str, ...], request: ColumnRequest) -> R
     with name_file_in_errors(path):
         if path.stat().st_size == 0:
             raise InvalidInput("it is empty")
-        form, headings, read = _open_table(path, request)
+        form, headings, read = open_table(path, request)
         columns = choose_columns(headings, points, request)
         values, numbers = read(columns)
         used = {column.index for column in columns}
@@ -73,7 +73,7 @@ def read_table(path: Path, points: tuple[str, ...], request: ColumnRequest) -> R
         return check_values(columns, values, numbers, unused, form)
 
 
-def _open_table(path: Path, request: ColumnRequest) -> OpenTable:
+def open_table(path: Path, request: ColumnRequest) -> OpenTable:
     """Open a file as a numpy archive or as text, by its suffix."""
     if path.suffix.lower() == ".npz":
         return _open_npz(path)

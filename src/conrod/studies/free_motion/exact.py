@@ -12,11 +12,10 @@ import numpy as np
 from conrod.engines.tracks import Pace
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics import coordinate_jet
+from conrod.exact.dynamics.contact import check_contact
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import joint_forces_of_motion
 from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics
 from conrod.exact.joint_equations import pose_jets
-from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Friction, LoadLaw, StrokePulse, TimePulse
 from conrod.mechanism.mechanism import Mechanism
@@ -31,8 +30,6 @@ from conrod.studies.free_motion.plan import (
     refine_grid,
 )
 
-# A contact pulls if its force is below minus this share of its largest push; less may be rounding.
-MAX_ROUNDING_PULL = 1e-9
 PROBE_SECONDS = 1.0  # [s], of the motion from whose fastest turn the duration is derived
 # Number of loops that may be singular at once. Errors of hardened MuJoCo are 3e-8 to 7e-7 of the length in chains of 2
 # to 14 four-bars, and 7e-6 to 0.05 in longer ones, where its solver's rounding decides (docs/free-motion.md, "Long
@@ -78,7 +75,7 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     grid = initial_grid(plan, run_duration(name, scene, plan))
     dynamics = ForwardDynamics(mechanism)
     motion = dynamics.motion(grid.times, rates=scene.start_rates)
-    _check_contact(name, mechanism, motion)
+    check_contact(name, mechanism, motion)
     pace = _motion_pace(mechanism, motion)
     if fastest_turn_period(mechanism, motion) == math.inf:
         raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
@@ -141,27 +138,6 @@ def _crank_stands_at_a_crossing(mechanism: Mechanism, motion: FreeMotion, reduce
     crossings = reduced.crossings(float(motion.along.min()), float(motion.along.max()))
     tangents = np.abs([reduced.poses_with_derivatives(along)[1] for along in crossings])[:, 2::3]
     return bool((tangents[:, turning // 3] < STANDING_RATE_RATIO * tangents.max(axis=1)).any())
-
-
-def _check_contact(name: str, mechanism: Mechanism, motion: FreeMotion) -> None:
-    """Refuse a motion that would lift a follower off its cam.
-
-    Raises:
-        InvalidInput: the cam would have to pull, since the exact motion keeps the follower on it; names the time.
-    """
-    if not mechanism.cam_contacts:
-        return
-    forces = joint_forces_of_motion(
-        Kinematics(mechanism), motion.poses, motion.rates, motion.accelerations, motion.times
-    )
-    for joint in mechanism.cam_contacts:
-        push = forces.components[joint.name]["contact"]
-        pulls = push < -MAX_ROUNDING_PULL * np.abs(push).max()
-        if pulls.any():
-            raise InvalidInput(
-                f"{name}: the follower leaves the cam at t = {motion.times[int(np.argmax(pulls))]:.4g} s, and the "
-                "exact motion keeps it there: start it slower, or press it on by a spring or a force"
-            )
 
 
 def observed_positions(mechanism: Mechanism, poses: Array) -> dict[str, Array]:
