@@ -25,6 +25,8 @@ VERBS = [module.removeprefix("conrod.") for module in MODULES if module.endswith
 DRAWINGS = (
     "models.tables.charts", "models.torque_runs.charts", "studies.free_motion.charts", "studies.limits.charts",
     "studies.limits.map_figure", "studies.limits.report", "studies.sweep.report", "studies.validation.charts",
+    "models.tables.charts", "models.torque_runs.charts", "studies.free_motion.charts", "studies.limits.charts",
+    "studies.limits.map_figure", "studies.limits.report", "studies.sweep.report", "studies.validation.charts",
     "studies.validation.motion_chart", "studies.versions.report",
 )  # fmt: skip
 

@@ -15,8 +15,13 @@ from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
 
 MODELS = ("mjcf", "pymunk")
-FORMATS = (*MODELS, "csv", "fmu")
+TABLES = ("csv", "npz")
+FORMATS = (*MODELS, *TABLES, "fmu")
 CSV_SAMPLES = 360  # a revolution
+
+
+class NotCompleted(UserWarning):
+    """Warning that the run of an engine that is sampled did not end as it should."""
 
 
 class NoBinary(UserWarning):
@@ -30,17 +35,19 @@ def export(
     steps_per_rev: int | None = None,
     revolutions: int | None = None,
     preset: str | None = None,
+    engine: str | None = None,
     free: bool = False,
     motor: bool = False,
 ) -> str | bytes:
-    """Return the model of a scene for MuJoCo or pymunk, its exact motion as CSV with units, or an FMU 3.0 of it.
+    """Return the model of a scene for MuJoCo or pymunk, its motion as a table with units, or an FMU 3.0 of it.
 
     Args:
         scene: a name, a mechanism file, a scene, or a machine in space by name (MJCF alone).
-        format: "mjcf", "pymunk" (a Python module that needs pymunk alone), "csv" or "fmu".
+        format: "mjcf", "pymunk" (a Python module that needs pymunk alone), "csv", "npz" (numpy) or "fmu".
         steps_per_rev: time steps of the model, or samples of the motion, in one revolution.
         revolutions: length of the motion, in revolutions of the crank.
-        preset: settings of a pymunk model; None for the preset that is judged.
+        preset: settings of a pymunk model, or of the engine's run; None for the preset that is judged.
+        engine: of a table, the engine whose run is sampled beside the exact motion; None for the exact motion alone.
         free: whether the model has no drive, so that its crank moves as weight and loads demand; else the crank is
             driven at constant speed.
         motor: whether the crank of a model without a drive has a motor, whose torque and rate are set.
@@ -50,16 +57,14 @@ def export(
     """
     if format not in FORMATS:
         raise unknown_choice("format", format, FORMATS)
-    check_model_options(format, preset, free, motor)
+    check_model_options(format, preset, free, motor, engine)
     if format == "mjcf" and isinstance(scene, str) and scene in MACHINES:
         if steps_per_rev is not None or revolutions is not None or free:
             raise InvalidInput(f"{scene} is a machine in space: its model is written as it is, without options")
         return MACHINES[scene]().mjcf
     name, chosen = scene_by_name(scene)
-    if format == "csv":
-        from conrod.models.export.pack import as_csv, exact_columns
-
-        return as_csv(exact_columns(chosen, *samples_of(name, steps_per_rev, revolutions, 1)))
+    if format in TABLES:
+        return _table(name, chosen, format, engine, preset, steps_per_rev, revolutions)
     if revolutions is not None or (format == "fmu" and steps_per_rev is not None):
         option = "--steps-per-rev" if revolutions is None else "--revolutions"
         raise InvalidInput(f"{option} does not go with --format {format}: whoever runs a model chooses it")
@@ -81,14 +86,36 @@ def export(
     return content
 
 
-def check_model_options(format: str, preset: str | None, free: bool, motor: bool) -> None:
-    """Refuse options of models with a format that does not have them.
+def _table(
+    name: str, scene: Scene, format: str, engine: str | None, preset: str | None, steps: int | None,
+    revolutions: int | None,
+) -> str | bytes:  # fmt: skip
+    """The exact motion as a table, or an engine's run beside it."""
+    from conrod.models.export.pack import as_csv, exact_columns
+    from conrod.models.export.sampled import exact_trajectory, sampled_csv, sampled_npz, sampled_trajectory
+
+    if engine is not None:
+        sampled = sampled_trajectory(name, scene, engine, preset, steps, revolutions)
+        if sampled.outcome:
+            warnings.warn(f"{name} in {engine}: the run is {sampled.outcome}", NotCompleted, stacklevel=3)
+        return sampled_csv(sampled) if format == "csv" else sampled_npz(sampled)
+    samples = samples_of(name, steps, revolutions, 1)
+    if format == "csv":
+        return as_csv(exact_columns(scene, *samples))
+    return sampled_npz(exact_trajectory(name, scene, *samples))
+
+
+def check_model_options(format: str, preset: str | None, free: bool, motor: bool, engine: str | None = None) -> None:
+    """Refuse options of models and of runs with a format that does not have them.
 
     Raises:
         InvalidInput: names the option.
     """
-    if preset is not None and format != "pymunk":
-        raise InvalidInput(f"--preset does not go with --format {format}")
+    if engine is not None and format not in TABLES:
+        raise InvalidInput(f"--engine does not go with --format {format}: a run is sampled as {' or '.join(TABLES)}")
+    if preset is not None and format != "pymunk" and engine is None:
+        needs = ": of a table it is that of an --engine" if format in TABLES else ""
+        raise InvalidInput(f"--preset does not go with --format {format}{needs}")
     if (free or motor) and format not in MODELS:
         raise InvalidInput(f"{'--free' if free else '--motor'} does not go with --format {format}")
     if motor and not free:
