@@ -111,10 +111,10 @@ class ForwardDynamics:
         course = EventIntegrator(
             self.state_derivative, self._state_scales(rate, float(times[-1])), kink_events(self.reduced, self.loads),
             {time for pulse in pulses for time in (pulse.start, pulse.stop)}.union(*(law.kinks for law in sampled)),
-            MAX_STEP_TURN * self.reduced.configurations.curve.unit, self._enter_piece,
+            MAX_STEP_TURN * self.reduced.configurations.curve.unit, self.enter_piece,
         )  # fmt: skip
         states = course.integrate(times, np.array([along, rate, 0.0]), self.reduced.crossings)
-        self._piece = None
+        self.enter_piece(None)
         return self._motion(times, states, tuple(sorted(course.crossing_times)))
 
     def start_rate(self, given: Mapping[str, float]) -> float:
@@ -172,8 +172,8 @@ class ForwardDynamics:
 
     # -- the differential equation -----------------------------------------------------------------------------------
 
-    def _enter_piece(self, middle: float) -> None:
-        """Note an instant [s] within the piece that is integrated next."""
+    def enter_piece(self, middle: float | None) -> None:
+        """Note an instant [s] within the piece between two jumps of forces that is integrated next; None for none."""
         self._piece = middle
 
     def state_derivative(self, time: float, state: Array) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from conrod.exact.dynamics.configuration_series import ConfigurationSeries
 from conrod.exact.dynamics.forward import ForwardDynamics
 from conrod.exact.motion import Array
-from conrod.mechanism.loads import Load
+from conrod.mechanism.loads import Load, Sampled
 from conrod.mechanism.mechanism import Mechanism
 from conrod.models.tables.columns import CRANK_ANGLE
 from conrod.models.torque_runs.comparison import RunComparison
@@ -75,19 +75,30 @@ def _coarse_states(
     dynamics: ForwardDynamics, start: tuple[float, float], times: Array
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Yield poses, rates and accelerations at times (T,) [s], by Runge and Kutta's method of order 4."""
-    slope, scale = dynamics.state_derivative, STEP_TURN * dynamics.reduced.configurations.curve.unit
     now, state = 0.0, np.array([*start, 0.0])
+    kinks = np.array([t for load in dynamics.loads if isinstance(load.law, Sampled) for t in load.law.kinks])
     for time in times:
-        while now < time:
-            first = slope(now, state)
-            fastest = abs(float(first[0])) + math.sqrt(2.0 * scale * abs(float(first[1])))
-            step = min(time - now, scale / fastest if fastest > 0.0 else time - now)
-            step = (time - now) / math.ceil((time - now) / step)
-            half = slope(now + 0.5 * step, state + 0.5 * step * first)
-            again = slope(now + 0.5 * step, state + 0.5 * step * half)
-            last = slope(now + step, state + step * again)
-            state = state + step / 6.0 * (first + 2.0 * half + 2.0 * again + last)
-            now = float(time) if time - now <= step * (1.0 + 1e-9) else now + step
+        for stop in (*kinks[(kinks > now) & (kinks < time)], time):
+            state = _step_to(dynamics, now, state, float(stop))
+            now = float(stop)
+        dynamics.enter_piece(None)
         poses, tangent, curvature = dynamics.reduced.poses_with_derivatives(float(state[0]))
-        rate, acceleration = float(state[1]), float(slope(now, state)[1])
+        rate, acceleration = float(state[1]), float(dynamics.state_derivative(now, state)[1])
         yield poses, tangent * rate, tangent * acceleration + curvature * rate * rate
+
+
+def _step_to(dynamics: ForwardDynamics, now: float, state: Array, stop: float) -> Array:
+    """Integrate a state up to a time [s] without a jump of forces before it, in steps of at most `STEP_TURN`."""
+    slope, scale = dynamics.state_derivative, STEP_TURN * dynamics.reduced.configurations.curve.unit
+    dynamics.enter_piece(0.5 * (now + stop))
+    while now < stop:
+        first = slope(now, state)
+        fastest = abs(float(first[0])) + math.sqrt(2.0 * scale * abs(float(first[1])))
+        steps = max(1, math.ceil((stop - now) * fastest / scale))
+        step = (stop - now) / steps
+        half = slope(now + 0.5 * step, state + 0.5 * step * first)
+        again = slope(now + 0.5 * step, state + 0.5 * step * half)
+        last = slope(now + step, state + step * again)
+        state = state + step / 6.0 * (first + 2.0 * half + 2.0 * again + last)
+        now = stop if steps == 1 else now + step
+    return state

@@ -136,6 +136,10 @@ def study_torque_run(
     allowed = dict(USUAL_TOLERANCE if tolerance is None else tolerance)
     motion = exact_motion(scene_name, scene, torque, start, times)
     exact = quantities_of(scene, motion.poses, motion.rates, motion.accelerations)
+    if not exact[CRANK_SPEED].any():
+        raise InvalidInput(f"{scene_name}: it stays at rest: neither the torque nor a weight or load moves it")
+    if not exact[CRANK_SPEED].any():
+        raise InvalidInput(f"{scene_name}: it stays at rest: neither the torque nor a weight or load moves it")
     run = RunComparison(values, exact, scene.lengths, float(np.abs(exact[CRANK_SPEED]).max()))
     allowed = _judged_tolerances(run, allowed, asked=tolerance is not None)
     first = scene.speed if start.speed is None else start.speed
