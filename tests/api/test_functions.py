@@ -266,6 +266,9 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "check_table, numbers": (lambda: conrod.check_table({"time": ["a"]}, SAW), "an array of numbers is wanted"),
     "check_table, estimate": (lambda: conrod.check_table(TABLE, SAW, estimate=["fase"]), "unknown thing to estimate"),
     "check_table, column": (lambda: conrod.check_table(TABLE, SAW, columns={"D.x": "a"}), "unknown quantity 'D.x'"),
+    "check_torque_run": (
+        lambda: conrod.check_torque_run(TABLE, SAW, "motor"), "unknown column in --torque 'motor': choose from"
+    ),
     "check_fmu": (lambda: conrod.check_fmu("none.fmu", SAW), "none.fmu: there is no such file"),
     "check_loops": (lambda: conrod.check_loops("none.xml", drives={"a": "1rpm"}), "none.xml: there is no such file"),
     "check_loops, drive": (

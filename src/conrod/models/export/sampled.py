@@ -10,11 +10,12 @@ from importlib.metadata import version
 
 import numpy as np
 
-from conrod.comparison.trajectory import Instants, Outcome, Trajectory
+from conrod.comparison.trajectory import BodyStates, Instants, Outcome, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.engine import default_steps, run_extent
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.exact.link_rotations import ROTATION_COLUMNS, ROTATION_UNITS, link_rotations, rotating_links
 from conrod.exact.motion import Array, Motion
 from conrod.execution.resolve_arguments import check_sample_count
 from conrod.models.export.pack import TABLE_QUANTITIES, exact_columns
@@ -85,25 +86,44 @@ def exact_trajectory(name: str, scene: Scene, samples: int, revolutions: int) ->
 
 
 def _columns_of(scene: Scene, run: Trajectory) -> Columns:
-    """Columns of a run: time and crank, each quantity of each point with the exact one; again for other instants.
+    """Columns of a run: times, the crank, and each quantity of each point and link with the exact one.
 
     Quantities that belong to other instants than the positions have columns of time and crank of their own, and say
     so in their names: no reader takes them for values at the positions' times.
     """
     columns: Columns = {}
-    for prefix, quantity, unit in TABLE_QUANTITIES[:3]:
+    for (prefix, quantity, unit), turning in zip(TABLE_QUANTITIES[:3], ROTATION_UNITS, strict=True):
         for name, tracks in run.points.items():
             track = getattr(tracks, quantity)
-            stamp = _known_stamp(columns, track.instants)
-            if stamp is None:
-                stamp = "time" if not columns else f"{quantity}_time"
-                columns |= _instant_columns(stamp, track.instants)
+            stamp = _add_instants(columns, quantity, track.instants)
             exact = getattr(_exact_motion(scene, track.instants).point(name), quantity)
-            suffix = "" if stamp == "time" else f" at {stamp}"
             for k, axis in enumerate("xy"):
-                columns[f"{name}.{prefix}{axis}{suffix}"] = (unit, track.values[:, k])
-                columns[f"exact.{name}.{prefix}{axis}{suffix}"] = (unit, exact[:, k])
+                columns[f"{name}.{prefix}{axis}{stamp}"] = (unit, track.values[:, k])
+                columns[f"exact.{name}.{prefix}{axis}{stamp}"] = (unit, exact[:, k])
+        if run.bodies is not None:
+            _add_links(columns, scene, getattr(run.bodies, quantity), quantity, turning)
     return columns
+
+
+def _add_links(columns: Columns, scene: Scene, states: BodyStates, quantity: str, turning: str) -> None:
+    """Add a quantity of the links that rotate, at the instants that it belongs to."""
+    kinematics, letter, unit = scene.kinematics, ROTATION_COLUMNS[turning], ROTATION_UNITS[turning]
+    stamp, order = _add_instants(columns, quantity, states.instants), list(ROTATION_UNITS).index(turning)
+    values = (states.poses, states.rates, states.accelerations)[order]
+    exact = link_rotations(kinematics, _exact_angle(scene, states.instants), scene.speed, order=order)[order]
+    for name in rotating_links(kinematics):
+        k = kinematics.mechanism.body_index[name]
+        columns[f"{letter}_{name}{stamp}"] = (unit, values[:, 3 * k + 2])
+        columns[f"exact.{letter}_{name}{stamp}"] = (unit, exact[:, k])
+
+
+def _add_instants(columns: Columns, quantity: str, instants: Instants) -> str:
+    """Add the columns of some instants where they are new; return how names say that they belong to them."""
+    stamp = _known_stamp(columns, instants)
+    if stamp is None:
+        stamp = "time" if not columns else f"{quantity}_time"
+        columns |= _instant_columns(stamp, instants)
+    return "" if stamp == "time" else f" at {stamp}"
 
 
 def _known_stamp(columns: Columns, instants: Instants) -> str | None:
@@ -121,10 +141,15 @@ def _instant_columns(stamp: str, instants: Instants) -> Columns:
     return {stamp: ("s", instants.times), **crank}
 
 
-def _exact_motion(scene: Scene, instants: Instants) -> Motion:
-    """Exact motion at the nominal crank angle of the instants."""
+def _exact_angle(scene: Scene, instants: Instants) -> Array:
+    """Nominal crank angle (T,) [rad] at some instants."""
     span, angle = scene.kinematics.mechanism.driver.span, scene.speed * instants.times
-    return scene.motion(angle if span is None else np.clip(angle, *span), scene.speed)
+    return angle if span is None else np.clip(angle, *span)
+
+
+def _exact_motion(scene: Scene, instants: Instants) -> Motion:
+    """Exact motion at the nominal crank angle of some instants."""
+    return scene.motion(_exact_angle(scene, instants), scene.speed)
 
 
 # -- files -------------------------------------------------------------------------------------------------------------

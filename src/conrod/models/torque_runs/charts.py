@@ -7,7 +7,7 @@ from itertools import cycle
 import numpy as np
 from matplotlib.figure import Figure
 
-from conrod.models.torque_runs.comparison import JUDGED_QUANTITIES
+from conrod.models.torque_runs.comparison import JUDGED_QUANTITIES, PHASE
 from conrod.models.torque_runs.study import TorqueRunStudy
 from conrod.report.charts.canvas import round_to_grid, round_to_log_grid
 from conrod.report.charts.panels import Panel, panels_figure
@@ -17,7 +17,7 @@ from conrod.report.numbers import ROUNDING
 MIN_SHARE_OF_LARGEST = 1e-5  # of a panel, below which errors are not drawn: a run may begin with none
 LABELS = {
     "position": "position error / L", "velocity": "velocity error / ω L", "acceleration": "acceleration error / ω² L",
-    "phase": "crank angle error [rad]", "speed": "crank speed error / ω",
+    "phase": "crank angle error [deg]", "speed": "crank speed error / ω",
 }  # fmt: skip
 
 
@@ -29,13 +29,16 @@ def torque_run_figure(study: TorqueRunStudy) -> Figure:
         curves = {point: errors[quantity] for point, errors in study.errors.items() if quantity in errors}
         if curves:
             least = max(ROUNDING, MIN_SHARE_OF_LARGEST * max(float(curve.largest.max()) for curve in curves.values()))
+            factor = 180.0 / np.pi if quantity == PHASE else 1.0
             lines = [
                 (
-                    round_to_grid(curve.at, study.span[1]), round_to_log_grid(np.maximum(curve.largest, least)),
+                    round_to_grid(curve.at, study.span[1]),
+                    round_to_log_grid(factor * np.maximum(curve.largest, least)),
                     {"color": hues[point], "label": point},
                 )
                 for point, curve in curves.items()
             ]  # fmt: skip
+            allowed = study.tolerance.get(quantity)
             head = {"color": "#444444", "markerfacecolor": "#444444"}
-            panels.append(Panel(LABELS[quantity], lines, study.span, [(study.tolerance.get(quantity), head)]))
+            panels.append(Panel(LABELS[quantity], lines, study.span, [(allowed and factor * allowed, head)]))
     return panels_figure(panels, "time [s]")
