@@ -23,6 +23,7 @@ OPTIONAL = [folder for folder in PACKAGES if folder not in REQUIRED]
 ON_DEMAND = {
     ("studies.validation", "studies.detection"), ("studies.validation", "verification"),
     ("models.check", "models.tables"), ("models.check", "models.fmu"), ("models.check", "models.loops"),
+    ("models.check", "models.torque_runs"),
     ("models.check", "verification"), ("studies.validation", "models.check"),
 }  # fmt: skip
 ASSEMBLED = "verification"  # puts findings of others together, and stands above them
