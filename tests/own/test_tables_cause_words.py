@@ -88,6 +88,7 @@ def test_a_frame_is_said_in_mm_and_degrees() -> None:
         both = (PLACES[f"{point}.x"] + 1j * PLACES[f"{point}.y"]) * turn + complex(0.03, -0.04)
         turned |= {f"{point}.x": both.real, f"{point}.y": both.imag}
     assert causes(turned) == [("frame", "the table's frame is offset by (30, -40) mm and turned by 20 deg")]
+    assert causes(moved, "total") == [("frame", "the table's frame is offset by (250, -100) mm")]
     # One component alone shows an offset along it, and no turn.
     assert causes({"time": PLACES["time"], "M.x": PLACES["M.x"] + 0.25}) == [
         ("frame", "the table's frame is offset by (250, 0) mm")

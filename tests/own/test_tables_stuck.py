@@ -85,6 +85,17 @@ def kinds(study: TableStudy) -> list[str]:
     return [cause.kind for cause in study.causes]
 
 
+@pytest.mark.parametrize(("share", "named"), [(0.3, ["dead sensor"]), (0.7, [])])
+def test_dead_sensor_is_named_when_it_explains_half_of_an_error(share: float, named: list[str], tmp_path: Path) -> None:
+    """Beside noise, in another column, of a share of what the dead sensor is off by."""
+    table = {name: EXACT[name][::4] for name in ("time", "C.x", "M.y")}
+    dead = table["C.x"].copy()
+    dead[25:32] = dead[25]
+    noise = np.random.default_rng(3).uniform(-1.0, 1.0, len(dead)) * np.abs(dead - table["C.x"]).max()
+    table |= {"C.x": dead, "M.y": table["M.y"] + share * noise}
+    assert kinds(judge_columns(table, SAW, tmp_path, tolerance=POSITION)) == named
+
+
 @pytest.mark.parametrize("name", ["whitworth", "cam-3-4-5", "saw-40rpm", "shear-press"])
 def test_dwell_or_few_digits_are_no_dead_sensor(name: str, tmp_path: Path) -> None:
     scene: Scene = scene_named(name)

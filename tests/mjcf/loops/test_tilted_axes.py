@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import mujoco
 import numpy as np
@@ -16,6 +18,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.immobility import JointCorrection, describe_corrections, explain_immobility
 from conrod.exact.space.mobility import TooManyDrivesError, check_drives
 from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.differences import NUMBER_TOLERANCE
 from conrod.mjcf.loop_results import LoopRequest
 from conrod.mjcf.reading import laws_of, tree_of
 from conrod.models.check.frame import GivenFrame
@@ -159,6 +162,21 @@ def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
         _LoopBench.from_request(
             mujoco.MjModel.from_xml_string(four_bar()), LoopRequest({"crank": "60rpm", "rocker": "sine:5deg,1Hz"})
         )
+
+
+@pytest.mark.parametrize("extent", [0.01, 100.0])
+@pytest.mark.parametrize(("share", "contradict"), [(0.9, False), (1.1, True)])
+def test_closures_contradict_beyond_a_share_of_the_extent(
+    extent: float, share: float, contradict: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("conrod.models.loops.study.explain_immobility", lambda *_: [])
+    machine: Any = SimpleNamespace(
+        misfit=share * NUMBER_TOLERANCE * extent, tree=SimpleNamespace(extent=extent, loop_joints=()), laws={},
+        held=(), knots=[SimpleNamespace(coordinates=None)],
+    )  # fmt: skip
+    model, unused = mujoco.MjModel.from_xml_string(four_bar()), cast(Any, None)
+    bench = _LoopBench(model, LoopRequest({"crank": "60rpm"}), machine, unused, 1.0, unused, ())
+    assert ("its closures contradict each other: " in bench._closure_words()) is contradict
 
 
 def test_corrections_are_described_alone_together_or_as_unknown() -> None:
