@@ -219,6 +219,10 @@ def test_an_exported_machine_is_judged_exact_at_any_step(scene: str, mode: str, 
     status, found = check_exported(tmp_path, scene, "--preset", mode, "--tolerance", EXACT)
     assert status == 0
     assert max(one["size"]["max"] for errors in found["errors"].values() for one in errors.values()) < 1e-12
+    # The rotations of links go out with it, and are compared too.
+    links = [errors for errors in found["errors"].values() if "rotation" in errors]
+    assert links
+    assert all(errors.keys() == {"rotation", "angular_velocity", "angular_acceleration"} for errors in links)
 
 
 @at_once

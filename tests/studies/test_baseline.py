@@ -101,6 +101,18 @@ def test_outcome_order_and_result_are_drifts_when_they_differ() -> None:
     assert drifts(found(numbers=lost | {"order of position": BandedNumber(1.0, 0.0)}))[0].better is None
 
 
+def test_rotations_are_no_drift_from_a_baseline_without_them() -> None:
+    def with_rotation(size: float) -> dict[str, BaselineLine]:
+        numbers = found()["mujoco tuned"].numbers
+        return found(numbers={**numbers, "rotation": BandedNumber(size, 0.0)})
+
+    assert drifts(with_rotation(ERROR)) == ()
+    later = with_bands(baseline(with_rotation(ERROR)), [with_rotation(ERROR + SPREAD)] * len(SPEED_FACTORS), {})
+    (drift,) = compare_baselines(FILE, later, baseline(with_rotation(2.0 * ERROR))).drifts
+    assert (drift.what, drift.better) == ("rotation", False)
+    assert [one.what for one in compare_baselines(FILE, later, baseline(found())).drifts] == ["rotation"]
+
+
 def test_error_below_rounding_is_noise_until_it_leaves_it() -> None:
     noise = with_bands(baseline(found(1e-15)), [found(2e-15)] * len(SPEED_FACTORS), {})
     assert compare_baselines(FILE, noise, baseline(found(9e-13))).passed
