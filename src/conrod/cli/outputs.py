@@ -150,7 +150,8 @@ def reproduction(
     from conrod.execution.resolve_arguments import arguments_of_files, arguments_of_members
 
     words, assigned = ["conrod", command, SCENE], options.get("--set", ())
-    members = {} if isinstance(subjects, Mapping) else arguments_of_members(subjects, assigned)
+    listed = any("," in one for one in assigned) and not isinstance(subjects, Mapping)
+    members = arguments_of_members(tuple(subjects), assigned) if listed else {}
     if members:  # each has its own values in its words
         options = {name: found for name, found in options.items() if name != "--set"}
     for name, found in options.items():
