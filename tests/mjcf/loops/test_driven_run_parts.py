@@ -194,6 +194,7 @@ def test_settings_are_those_of_their_label(
     assert (model.opt.timestep, model.eq_solref[0].tolist(), model.opt.iterations) == (0.001, [0.02, 1.0], 7)
     contact = with_settings(model, "tuned", 0.0005, 1.5, contact=True)
     assert mujoco.mjtIntegrator(contact.opt.integrator).name == "mjINT_EULER"
+    assert driven_runs._settings("hardened", 0.0005, 1.5, False).preset == "hardened"
     idle = with_settings(model, "hardened", 0.0005, 1.5, idle=True)
     assert idle.body_invweight0[2, 0] == pytest.approx(1e-7 * model.body_invweight0[2, 0])
 

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -273,10 +275,11 @@ def test_run_has_its_pose_after_the_laws_and_a_rate_per_step() -> None:
     assert len(rates) == 5
 
 
-@pytest.mark.parametrize(("around", "led"), [(True, 0.5), (False, 0.5 + 20.0 * np.pi)])
-def test_hinge_is_led_the_shorter_way_or_all_its_turns(around: bool, led: float) -> None:
-    bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(SAW), LoopRequest({"crank": "40rpm"}))
-    start = bench.machine.knots[0].coordinates
-    end = start + np.array([[0.0], [0.5 + 20.0 * np.pi], [0.0]])
-    law = law_comparison._laws_between(bench.machine, start, end, around)["crank"]
-    assert law.derivatives(np.array([0.0, 1.0]))[0] == pytest.approx([0.0, led])
+def test_hinge_is_led_the_shorter_way_or_all_its_turns() -> None:
+    joints = SimpleNamespace(name="crank", unit="rad", coordinate=0), SimpleNamespace(name="s", unit="m", coordinate=1)
+    machine: Any = SimpleNamespace(driven=joints)
+    start, end = np.array([[1.0], [2.0]]), np.array([[1.5 + 20.0 * np.pi], [12.0]])
+    for around, led in ((True, 1.5), (False, 1.5 + 20.0 * np.pi)):
+        laws = law_comparison._laws_between(machine, start, end, around)
+        ends = {name: law.derivatives(np.array([0.0, 1.0]))[0].tolist() for name, law in laws.items()}
+        assert ends == {"crank": pytest.approx([1.0, led]), "s": pytest.approx([2.0, 12.0])}
