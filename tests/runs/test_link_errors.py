@@ -127,6 +127,23 @@ def test_tolerance_of_a_rotation_may_be_asked_for() -> None:
     assert (old.links, old.largest_rotation("rotation"), old.with_verdict().passed) == (None, ("", None), True)
 
 
+@pytest.mark.parametrize("name", ["mujoco", "pymunk"])
+def test_rotation_that_a_model_solves_wrongly_is_no_proof(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine, case = engine_named(name), ValidationCase("saw-40rpm", SAW, name, None, Plan())
+    assert case.perform().passed
+    solve, column = engine.solve_kinematics, 3 * SAW.kinematics.mechanism.body_index["rod"] + 2  # type: ignore[attr-defined]
+
+    def solve_with_a_turned_rod(machine: Any, angle: Array) -> Any:
+        solved = solve(machine, angle)
+        poses = solved.poses.copy()
+        poses[5, column] += 1e-9
+        return replace(solved, poses=poses)
+
+    monkeypatch.setattr(type(engine), "solve_kinematics", staticmethod(solve_with_a_turned_rod))
+    result = case.perform()
+    assert (result.passed, list(result.out_of_tolerance())) == (False, ["rotation of rod"])
+
+
 # The parallelogram has a change point, and no engine a law there; cams have no link that rotates.
 FEW = ("crank-shaper", "planetary-gear", "geneva")
 MANY = [name for name in catalogue_names() if name not in FEW and not name.startswith("cam-")]

@@ -16,6 +16,8 @@ from conrod.engines import Engine
 from conrod.engines.capabilities import KinematicMode, KinematicResult, MissingCapability, capability
 from conrod.engines.engine import default_steps, judged_preset
 from conrod.engines.numerics import NEAR_CHANGE_POINT
+from conrod.exact.link_rotations import rotation_scales
+from conrod.exact.motion import Array
 from conrod.execution.prediction import merged_misfit, reference_misfit, solved_misfit
 from conrod.execution.result import Plan
 from conrod.scenes import Scene
@@ -52,12 +54,25 @@ def validate_kinematic(name: str, scene: Scene, engine: Engine[Any]) -> Validati
     closure = {"position": gap, "velocity": None, "acceleration": None}
     misfit = merged_misfit(solved_misfit(scene, angle, solved.poses), reference_misfit(scene))
     tolerance = _kinematic_tolerance(scene, solved)
-    result = replace(empty, errors=errors, closure=closure, tolerance=tolerance, misfit=misfit).with_verdict()
+    links = None if solved.shape_error is not None else _rotation_errors(scene, angle, solved.poses)
+    result = replace(
+        empty, errors=errors, links=links, closure=closure, tolerance=tolerance, misfit=misfit
+    ).with_verdict()
     other = scene.kinematics.branch(solved.poses) != scene.kinematics.branch_at(angle)
     if not other.any():
         return result
     reason = f"on the other branch at {math.degrees(angle[other.argmax()]):.1f} deg"
     return replace(result, outcome=Outcome.FLIPPED.slug, reason=reason, passed=False)
+
+
+def _rotation_errors(scene: Scene, angle: Array, poses: Array) -> dict[str, dict[str, dict[str, float]]]:
+    """Errors of the driven links' rotations, by link, quantity and measure, in solved poses (T, 3 n)."""
+    kinematics = scene.kinematics
+    off, index = np.abs(poses - kinematics.poses(angle)), kinematics.mechanism.body_index
+    return {
+        name: {"rotation": vars(size_of(off[:, 3 * index[name] + 2] / scale))}
+        for name, scale in rotation_scales(kinematics).items()
+    }
 
 
 def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
@@ -67,9 +82,8 @@ def _kinematic_tolerance(scene: Scene, solved: KinematicResult) -> Tolerance:
         # A machine much larger than its travel L loses digits by cancellation, by the ratio size / L.
         kinematics = scene.kinematics
         cancelled = max(1.0, CANCELLATION_SHARE * kinematics.size / kinematics.travel)
-        return Tolerance(
-            KINEMATIC_POSITION_TOLERANCE * cancelled, KINEMATIC_VELOCITY_TOLERANCE * cancelled, reason=reason
-        )
+        position, velocity = KINEMATIC_POSITION_TOLERANCE * cancelled, KINEMATIC_VELOCITY_TOLERANCE * cancelled
+        return Tolerance(position, velocity, rotation=position, reason=reason)
     length = max(scene.lengths.values())
     return Tolerance(
         solved.shape_error / length, reason="the collision shape's own error: half a sagitta of its polygon"

@@ -136,8 +136,8 @@ class ValidationResult(JudgedResult):
     Attributes:
         mode: kinematic, which proves the model, or dynamic, which measures the engine.
         phase: error of the crank angle against the clock [rad], by measure.
-        links: errors of the driven links by link, quantity of `ROTATIONS` and measure, see `link_errors`; None in
-            kinematic mode, and in reports of before.
+        links: errors of the driven links by link, quantity of `ROTATIONS` and measure, see `link_errors`; of rotations
+            alone in kinematic mode, and None in reports of before.
         prediction: by quantity, the largest error predicted from constraint violations alone, and its largest distance
             from the measured error.
         misfit: by quantity, where prediction and measurement fit least: their difference, the difference that second
@@ -200,7 +200,7 @@ class ValidationResult(JudgedResult):
 
     def largest_rotation(self, quantity: str) -> tuple[str, float | None]:
         """Return the link whose rotation, angular velocity or acceleration is most in error, and that error."""
-        found = {name: errors[quantity]["max"] for name, errors in (self.links or {}).items()}
+        found = {name: errors[quantity]["max"] for name, errors in (self.links or {}).items() if quantity in errors}
         # NumPy's max, since Python's would skip a NaN.
         worst = list(found)[int(np.argmax(list(found.values())))] if found else ""
         return worst, found.get(worst)
