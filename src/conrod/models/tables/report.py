@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from conrod.exact.link_rotations import ROTATIONS
 from conrod.mechanism.units import unit_in_prose
 from conrod.models.tables.causes import Cause
 from conrod.models.tables.errors import ALL_ERRORS
@@ -133,6 +134,11 @@ def errors_table(study: TableStudy) -> Table:
                 )
     right = ("max", "rms", "final", "max [mm]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
+
+
+def compared_links(study: TableStudy) -> list[str]:
+    """Return the names of the links whose rotation, or a derivative of it, the table has."""
+    return [name for name, curves in study.errors.items() if set(ROTATIONS) & curves.keys()]
 
 
 # -- the report ------------------------------------------------------------------------------------------------------
