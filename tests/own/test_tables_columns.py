@@ -193,7 +193,7 @@ def test_an_error_names_twenty_headings_at_most() -> None:
 @pytest.mark.parametrize(("columns", "units", "message"), [
     ({"A.z": "p"}, (), "unknown quantity 'A.z': did you mean "),
     ({}, ("mm", "kg"), "--unit kg: it is no unit of time, length, velocity, acceleration, angle, angular speed, "
-     "angular acceleration; give e.g. mm or deg"),
+     "angular acceleration, torque; give e.g. mm or deg"),
 ])  # fmt: skip
 def test_a_request_for_what_is_not_there_is_refused(
     columns: dict[str, str], units: tuple[str, ...], message: str

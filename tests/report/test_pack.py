@@ -130,7 +130,7 @@ def test_a_pack_is_a_folder_or_an_archive_of_the_same(tmp_path: Path) -> None:
         (("--format", "pack", "-o", "mine"), "it holds a README.md that is not of a pack"),
         (("--format", "pack", "-o", "other"), "it holds a parameters.json that is not of a pack"),
         (("--format", "pack", "-o", "p", "--steps-per-rev", "0"), "--steps-per-rev = 0 is out of range"),
-        (("--format", "pakc"), "unknown format 'pakc': did you mean 'pack'? choose from csv, fmu, mjcf, pack"),
+        (("--format", "pakc"), "unknown format 'pakc': did you mean 'pack'? choose from csv, fmu, mjcf, npz, pack"),
     ],
 )
 def test_a_pack_that_cannot_be_written_writes_nothing(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
