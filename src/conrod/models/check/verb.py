@@ -200,8 +200,9 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     if not is_fmu and asked.torque is not None:
         _check_torque_run(path, scene, asked)
         return
+    if is_fmu:
+        refuse(asked, f"{what}: it is for a table", *TORQUE_RUN)
     refuse(asked, f"{what} without --torque: it is for a run under one", "start")
-    refuse(asked, f"{what}: it is for a table", "torque")
     refuse(asked, f"{what}: it is for a model", *MODEL)
     refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
     files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
