@@ -68,14 +68,10 @@ def _check(
     __tracebackhide__ = True
     import conrod
     from conrod.execution.baseline import OtherBaseline
-    from conrod.scenes.space import MACHINES
 
     try:
-        # Machines in space, and models with driven joints, are compared with their exact motion alone.
         accept = request.config.getoption("--conrod-regen-all")
-        alone = "drives" in words or (isinstance(subject, str) and subject in MACHINES)
-        baseline = {} if alone else {"baseline": file, "accept": accept}
-        found = conrod.check(subject, scene, **words, **baseline)
+        found = conrod.check(subject, scene, **words, baseline=file, accept=accept)
     except conrod.InvalidInput as error:
         how = f"\naccept: {_command(request)}" if isinstance(error, OtherBaseline) else ""
         raise pytest.fail.Exception(f"conrod: {error}{how}", pytrace=False) from None

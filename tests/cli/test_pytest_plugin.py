@@ -56,7 +56,7 @@ def test_plugin_passes_arguments_and_a_baseline_of_each_call(
     assert asked == [
         ("a", None, {"revolutions": 3, "accept": False, "baseline": folder / "test_one.json"}),
         ("b", "saw", {"points": {"C": "site:D"}, "accept": False, "baseline": folder / "test_one+2.json"}),
-        ("bennett", None, {}),  # a machine in space has no baseline
+        ("bennett", None, {"accept": False, "baseline": folder / "test_one+3.json"}),
     ]
 
 

@@ -73,7 +73,7 @@ WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "measured", 
 MEASUREMENTS = ("measured", "limits", "uncertainties")
 WITH_DRIVE = (
     *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
-    *("--engine", "--out", "--html", "--verification", "--json"),
+    *("--engine", "--out", "--html", "--verification", "--json", "--baseline", "--accept"),
 )
 
 
@@ -311,6 +311,8 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             seconds=asked.seconds,
             tolerance=tolerance_in(asked.tolerance, LOOP_UNITS),
             machine=asked.scene,
+            baseline=asked.baseline,
+            accept=asked.accept,
             progress=begin,
         )
     files.print_and_write(found, command, parts)

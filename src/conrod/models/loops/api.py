@@ -9,11 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from conrod.errors import InvalidInput, as_mapping, as_names
+from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
+from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
 from conrod.mjcf.request import controls_of
+from conrod.models.loops.baseline_lines import loop_lines
 from conrod.models.loops.report import LOOPS_REPORT
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes.space import MACHINES
@@ -36,6 +39,8 @@ def check_loops(
     seconds: float | None = None,
     tolerance: Mapping[str, float] | None = None,
     machine: str | None = None,
+    baseline: str | Path | None = None,
+    accept: bool = False,
     progress: Callable[[str], object] = lambda name: None,
 ) -> Findings[LoopStudy]:
     """Judge the closed loops of MuJoCo models by their own exact motion.
@@ -49,6 +54,7 @@ def check_loops(
         seconds: length of the runs; None for a period of the slowest drive.
         tolerance: largest error by quantity [m, m/s, m/s^2]; a position's bounds the opening of the loops, too.
         machine: machine that the model must be: a machine in space by name, or another model's file.
+        baseline, accept: as in `validate`.
         progress: called with the name of each model before it is judged.
 
     Raises:
@@ -63,19 +69,27 @@ def check_loops(
     allowed = {} if tolerance is None else check_tolerance(tolerance, LOOP_UNITS)
     question = LoopRequest(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
+    words = {
+        "drive": tuple(f"{joint}={law}" for joint, law in laws.items()), "point": places, "keyframe": keyframe,
+        "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()), "seconds": seconds,
+        "machine": machine, "model": tuple(one for one in several if isinstance(one, str) and one in MACHINES),
+    }  # fmt: skip
+    check = BaselineCheck.prepare(baseline, {}, words, accept=accept)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
     for one in several:
         progress(str(one))
-        if isinstance(one, str) and one in MACHINES:
-            found[one], typed[one] = check_machine(one, question), one
-            continue
-        with file_of_model(one) as (path, shown):
-            check_readable(path)
-            part = shown or path.stem
-            if part in found:
-                raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
-            study = check_model_loops(path, question, part)
-            found[part], typed[part] = (study if shown is None else replace(study, file=shown)), str(one)
+        part, study = _check_one(one, question)
+        if part in found:
+            raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
+        found[part], typed[part] = study, str(one)
+    compared = None
+    if check:
+        # No scene's speed drives these: their steps are otherwise in the last bits instead.
+        compared = check.compare(
+            list(found.values()),
+            lambda _: [[_check_one(one, question, factor)[1] for one in several] for factor in STEP_FACTORS],
+            loop_lines,
+        )
     asked = [str(one) if isinstance(one, str | Path) else "the model" for one in several]
     call = text_of_call(
         "check_loops",
@@ -88,10 +102,23 @@ def check_loops(
         tolerance=tolerance,
         machine=machine,
     )
-    return Findings(LOOPS_REPORT, found, call, typed=typed)
+    return Findings(LOOPS_REPORT, found, call, typed=typed, baseline=compared)
 
 
-def check_machine(name: str, question: LoopRequest) -> LoopStudy:
+def _check_one(
+    model: str | Path | mujoco.MjModel | mujoco.MjSpec, question: LoopRequest, step_factor: float = 1.0
+) -> tuple[str, LoopStudy]:
+    """Judge one model or machine; return its name in the report, and its study."""
+    if isinstance(model, str) and model in MACHINES:
+        return model, check_machine(model, question, step_factor)
+    with file_of_model(model) as (path, shown):
+        check_readable(path)
+        part = shown or path.stem
+        study = check_model_loops(path, question, part, step_factor)
+        return part, study if shown is None else replace(study, file=shown)
+
+
+def check_machine(name: str, question: LoopRequest, step_factor: float = 1.0) -> LoopStudy:
     """Judge a machine in space by its model, driven by its default laws unless others are given."""
     machine = MACHINES[name]()
     own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
@@ -99,13 +126,13 @@ def check_machine(name: str, question: LoopRequest) -> LoopStudy:
         path = Path(folder, f"{name}.xml")
         path.write_text(machine.mjcf, encoding="utf-8")
         try:
-            return replace(check_model_loops(path, own, name), file=name)
+            return replace(check_model_loops(path, own, name, step_factor), file=name)
         except InvalidInput as error:
             raise InvalidInput(str(error).replace(f"{path}", name)) from None
 
 
-def check_model_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
-    """Judge the loops of a model file in another process."""
+def check_model_loops(path: Path, question: LoopRequest, name: str, step_factor: float = 1.0) -> LoopStudy:
+    """Judge the loops of a model file in another process; `step_factor` as in `study_loops`."""
     from conrod.models.loops.study import study_loops
 
-    return call_on_file(study_loops, path, question, name)
+    return call_on_file(study_loops, path, question, name, step_factor)

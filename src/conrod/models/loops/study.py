@@ -43,13 +43,17 @@ CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
 MAX_SEARCHED_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
 
 
-def study_loops(path: Path, question: LoopRequest, name: str) -> LoopStudy:
+def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float = 1.0) -> LoopStudy:
     """Judge the loops of a model file; call it in a separate process (`conrod.execution.local`).
+
+    Args:
+        step_factor: on the model's time step; 1 but for the last bits, for what rounding makes of the results.
 
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
     """
     model, against, found = load_model(path), "", list[str]()
+    model.opt.timestep *= step_factor
     try:
         check_finite(model)
         check_rigid(model)

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
+from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
+from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.resolve_arguments import (
     Engines,
     Scenes,
@@ -16,6 +21,7 @@ from conrod.execution.resolve_arguments import (
 from conrod.execution.runner import Runner, Runs
 from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
+from conrod.studies.free_motion.baseline_lines import motion_lines
 from conrod.studies.free_motion.plan import MotionPlan, initial_grid
 from conrod.studies.free_motion.report import FREE_MOTION_REPORT
 from conrod.studies.free_motion.results import FREE_MOTION_QUANTITIES, MotionStudy
@@ -33,6 +39,8 @@ def free_motion(
     engines: Engines = None,
     preset: str | None = None,
     tolerance: Mapping[str, float] | None = None,
+    baseline: str | Path | None = None,
+    accept: bool = False,
     runs: Runs | None = None,
 ) -> Findings[MotionStudy]:
     """Compare the motion of scenes that no drive forces with the solution of their equations of motion.
@@ -42,7 +50,7 @@ def free_motion(
         seconds: length of the motion [s]; None for the scene's own, 10 s unless its engine breaks off.
         step: time step of the engines [s]; None for 5 ms or less.
         tolerance: largest error by quantity.
-        scenes, engines, preset, runs: as in `validate`.
+        scenes, engines, preset, baseline, accept, runs: as in `validate`.
 
     Raises:
         InvalidInput: an argument cannot be used, or a scene cannot move; says why.
@@ -59,8 +67,21 @@ def free_motion(
         initial_grid(plan, seconds)
     for name, scene in chosen.items():
         plan.keep_acting_loads(scene.kinematics.mechanism, name)
-    with Runner.open(runs or Runs()) as runner:
-        (found,) = runner.pursue([motion_study(chosen, able, presets, plan)])
+    words: dict[str, Any] = {"motion": plan.motion, "seconds": seconds, "step": step}
+    words |= {"engine": engine_names_given(engines), "preset": preset}
+    check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
+    runs = replace(runs or Runs(), fresh=True) if check else runs or Runs()
+
+    def find(plans: Sequence[MotionPlan]) -> list[list[MotionStudy]]:
+        with Runner.open(runs) as runner:
+            return runner.pursue([motion_study(chosen, able, presets, one) for one in plans])
+
+    (found,) = find([plan])
+    compared = None
+    if check:
+        # The start may be at rest, and no speed drives the motion: steps are otherwise in the last bits instead.
+        plans = [replace(plan, step_factor=factor) for factor in STEP_FACTORS]
+        compared = check.compare(found, lambda _: find(plans), motion_lines)
     call = text_of_call(
         "free_motion",
         list(chosen),
@@ -71,4 +92,4 @@ def free_motion(
         preset=preset,
         tolerance=tolerance,
     )
-    return Findings(FREE_MOTION_REPORT, {study.name: study for study in found}, call)
+    return Findings(FREE_MOTION_REPORT, {study.name: study for study in found}, call, baseline=compared)

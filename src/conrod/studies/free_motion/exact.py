@@ -73,6 +73,7 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
     """
     mechanism = plan.keep_acting_loads(scene.kinematics.mechanism, name)
     grid = initial_grid(plan, run_duration(name, scene, plan))
+    grid = replace(grid, step=grid.step * plan.step_factor)
     dynamics = ForwardDynamics(mechanism)
     motion = dynamics.motion(grid.times, rates=scene.start_rates)
     check_contact(name, mechanism, motion)

@@ -40,12 +40,14 @@ class MotionPlan:
         seconds: duration of the run [s]; None for that by rule (`exact.run_duration`).
         step: step size of the engines [s]; None for that by rule (`refine_grid`).
         tolerance: allowed errors of every preset, by quantity; None for `POSITION_TOLERANCE` of judged presets.
+        step_factor: on the step size; 1 but for the last bits, for what rounding makes of the results.
     """
 
     motion: str
     seconds: float | None = None
     step: float | None = None
     tolerance: Mapping[str, float] | None = None
+    step_factor: float = 1.0
 
     @property
     def leaving(self) -> float:

@@ -154,7 +154,9 @@ class MotionCase(JudgedCase[MotionResult]):
 
     def run_fields(self) -> dict[str, Any]:
         """Plain values of the key: the motion, its duration and step, and the error that ends it."""
-        return {"settings": {}} | {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
+        fields = {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
+        rounded = {} if self.plan.step_factor == 1.0 else {"step_factor": self.plan.step_factor}
+        return {"settings": {}} | fields | rounded
 
 
 def motion_study(

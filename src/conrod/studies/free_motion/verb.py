@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import click
 
 from conrod.cli import completion, options
-from conrod.cli.options import ReportOptions, RunOptions, option, tolerance_in
+from conrod.cli.options import JudgedOptions, RunOptions, option, tolerance_in
 
 
 @dataclass(frozen=True)
-class FreeOptions(ReportOptions, RunOptions):
+class FreeOptions(JudgedOptions, RunOptions):
     """Request to `conrod free`, as typed; None or empty where nothing was given."""
 
     torque: bool = option("--torque", is_flag=True, help="With the torques of the scene's driver.")
@@ -20,7 +20,6 @@ class FreeOptions(ReportOptions, RunOptions):
     engine: tuple[str, ...] = option("--engine")
     preset: str | None = option("--preset")
     assignments: tuple[str, ...] = option("--set", help=options.FAMILY_HELP)
-    tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Largest errors allowed, e.g. position=1e-4.")
 
 
 @options.verb(FreeOptions)
@@ -49,6 +48,8 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
             engines=asked.engine,
             preset=asked.preset,
             tolerance=tolerance_in(asked.tolerance, FREE_MOTION_QUANTITIES),
+            baseline=asked.baseline,
+            accept=asked.accept,
             runs=runs,
         )
     files.print_and_write(found, "free", scenes)

@@ -80,7 +80,12 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
 
 
 MEASUREMENTS = ("measured", "limits", "uncertainties", "columns", "units", "estimate")
-TAKEN_IN_SPACE = ("--engine", "--tolerance", "--out", "--html", "--json", "--verification")
+TAKEN_IN_SPACE = (
+    *("--engine", "--tolerance", "--out", "--html", "--json", "--verification"),
+    *("--baseline", "--accept"),
+)
+
+TAKEN_FIELDS = ("out", "document", "html", "tolerance", "verification", "baseline", "accept")
 
 
 def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
@@ -88,5 +93,5 @@ def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
     from conrod.models.check.verb import CheckOptions, check_machines
 
     options.refuse_others(asked, "a machine in space", *TAKEN_IN_SPACE)
-    common = {name: getattr(asked, name) for name in ("out", "document", "html", "tolerance", "verification")}
+    common = {name: getattr(asked, name) for name in TAKEN_FIELDS}
     check_machines("validate", names, replace(CheckOptions(), engine=asked.engine, **common))
