@@ -25,6 +25,7 @@ ON_DEMAND = {
     ("models.check", "models.tables"), ("models.check", "models.fmu"), ("models.check", "models.loops"),
     ("models.check", "models.torque_runs"),
     ("models.check", "verification"), ("studies.validation", "models.check"),
+    ("models.check", "studies.detection"),
 }  # fmt: skip
 ASSEMBLED = "verification"  # puts findings of others together, and stands above them
 

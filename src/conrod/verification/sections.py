@@ -20,6 +20,7 @@ from conrod.report import numbers
 from conrod.report.results import engine_and_preset
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.studies.validation import tables
+from conrod.studies.validation.results import Qualification
 from conrod.verification.page import CRITERIA, VerificationSection
 
 MUJOCO = "mujoco"
@@ -123,10 +124,12 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
     orders = [(one.run, one.quantity, str(one.formal), *_order_cells(one)) for one in refined if one.formal]
     results, settings, proofs = _kind_sections(study)
     code = table(("run", "quantity", "formal order", "observed", "agreement"), orders, names=2)
+    planted = _qualifications(study)
+    noticed = (tables.noticed_table("defects", planted),) if planted else ()
     found = {
         CRITERIA: VerificationSection((criteria,), tuple(laws) or (NO_CRITERION,)),
         "code": VerificationSection(
-            (code,), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))
+            (code, *noticed), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))
         ),
         "solution": VerificationSection(
             (*results, _uncertainty_table(refined, lengths)), () if refined else (ONE_RUN,)
@@ -138,9 +141,23 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
         for one in refined
         if one.is_off
     ]
+    off += [
+        f"{run}: a planted defect is not noticed: {one.defect} {numbers.defect_size_text(one.size, one.unit)}".rstrip()
+        for run, qualified in planted.items()
+        for one in (*qualified.motion, *qualified.forces)
+        if one.visible and not one.by
+    ]
     # A model's paths and clock are judged in any case.
     unjudged = study.tolerance is None if isinstance(study, ModelStudy) else not criteria
     return found, [*off, *([NO_CRITERION] if unjudged else [])]
+
+
+def _qualifications(study: Any) -> dict[str, Qualification]:
+    """Verdicts on planted defects by run, of a study that was made with `--qualify`; empty for any other."""
+    if isinstance(study, ModelStudy):
+        return {} if study.qualified is None else {"check of the model": study.qualified}
+    found = ((one, getattr(one, "qualified", None)) for one in getattr(study, "results", ()))
+    return {" ".join(engine_and_preset(one)): qualified for one, qualified in found if qualified is not None}
 
 
 def _error_text(name: str, size: float | None, lengths: Mapping[str, float]) -> str:

@@ -40,6 +40,7 @@ def check_model(
     revolutions: int = TURNS,
     tolerance: Mapping[str, float] | None = None,
     refine: bool = False,
+    qualify: bool = False,
     baseline: str | Path | None = None,
     accept: bool = False,
 ) -> Findings[ModelStudy]:
@@ -58,6 +59,7 @@ def check_model(
         controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
         tolerance: largest error by quantity, normalised.
         refine: run the model at other steps too, for the observed order.
+        qualify: plant known defects into a check that has passed, and say which of them it notices.
         revolutions, baseline, accept: as in `validate`.
 
     Raises:
@@ -85,7 +87,7 @@ def check_model(
         def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
             from conrod.models.check.study import study_scene_model
 
-            given = question, frame, float(revolutions), allowed, refine
+            given = question, frame, float(revolutions), allowed, refine, qualify and len(several) == 1
             return [
                 [call_on_file(study_scene_model, path, (name, one), *given) for one in scenes.values()]
                 for scenes in several
@@ -107,6 +109,7 @@ def check_model(
         controls=controls,
         revolutions=words["revolutions"],
         tolerance=tolerance,
+        qualify=qualify,
     )
     parts = {part: replace(found, file=shown or found.file)}
     return Findings(user_model.MODEL_REPORT, parts, call, typed={part: str(path)}, baseline=compared)

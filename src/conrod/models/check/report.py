@@ -22,6 +22,7 @@ from conrod.report.results import distrust_words, exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 from conrod.scenes import Scene
+from conrod.studies.validation.tables import noticed_table
 
 RIGHT_COLUMNS = ("steps/rev", "position", IN_MM, *QUANTITIES[1:])
 OF_ITS_TRAVEL = " of its travel"
@@ -277,6 +278,11 @@ def runs_table(study: ModelStudy) -> Table:
     return table(("settings", *RIGHT_COLUMNS, "verdict"), rows, RIGHT_COLUMNS, caption)
 
 
+def qualification_table(study: ModelStudy) -> Table:
+    """Return a row for each planted defect: whether the check notices it; empty if none was planted."""
+    return noticed_table(study.scene_name, {} if study.qualified is None else {"this check": study.qualified})
+
+
 def _position_in_mm(study: ModelStudy, run: JudgedRun) -> str:
     errors = {point: sizes["position"].max for point, sizes in (run.errors or {}).items()}
     return in_mm(errors, study.scene.lengths)
@@ -322,6 +328,7 @@ def results_to_print(studies: Sequence[ModelStudy]) -> Iterator[PrintedPart]:
     for study in studies:
         yield verdict_line(f"{study.file}: {verdict(study)}", study.passed)
         yield runs_table(study)
+        yield qualification_table(study)
         for subject, lines in {"runs": drive_lines(study), **findings(study)}.items():
             yield from indented_under(subject, lines)
 

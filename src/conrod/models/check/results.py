@@ -16,7 +16,7 @@ from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.mjcf.request import ModelFacts, ModelRequest
 from conrod.models.check.identity import DEFAULT_TOLERANCE, Identity
 from conrod.scenes import Scene
-from conrod.studies.validation.results import RefinementPoint
+from conrod.studies.validation.results import Qualification, RefinementPoint
 
 AS_GIVEN, OWN = "its own run", "as it is"
 MAX_DRIVE_RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
@@ -75,6 +75,7 @@ class ModelStudy:
         points: points that the runs are compared at.
         refined: the same runs at coarser and finer steps, by label; empty without refinement.
         distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
+        qualified: verdicts on planted defects; None if none were planted.
     """
 
     file: str
@@ -92,6 +93,7 @@ class ModelStudy:
     crank: CrankSpeed | None = None
     refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
     distrust: str = ""
+    qualified: Qualification | None = None
 
     @property
     def kinematic_tolerance(self) -> float:
@@ -205,6 +207,8 @@ class ModelStudy:
     def passed(self) -> bool:
         """True if the model is the machine, can turn, and completes its runs within tolerance."""
         own = self.own
+        if self.qualified is not None and self.qualified.notices_nothing:
+            return False
         if self.distrust or not self.is_machine or self.model.stops or self.own_failed or self.begins_open:
             return False
         return own is not None and own.outcome is Outcome.COMPLETED and not self.exceeded_limits()

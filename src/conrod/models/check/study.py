@@ -52,12 +52,14 @@ def study_scene_model(
     revolutions: float,
     tolerance: Mapping[str, float] | None,
     refine: bool = False,
+    qualify: bool = False,
 ) -> ModelStudy:
     """Judge a model file against a scene; call it in a separate process (`conrod.execution.local`).
 
     Args:
         scene: its name and itself.
         refine: whether the runs that conrod drives are made at other steps, too.
+        qualify: whether known defects are planted into a check that has passed.
 
     Raises:
         InvalidInput: the model cannot be used, its plane of motion or its frame cannot be determined, or its runs
@@ -91,7 +93,12 @@ def study_scene_model(
         own_run, crank = bench.run_as_given()
         refined = {label: _refinement_points(same) for label, same in at_steps.items() if len(same) > 1}
         runs = {label: same[0] for label, same in at_steps.items()}
-        return replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined)
+        found = replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined)
+        if not qualify or not found.passed:
+            return found
+        from conrod.models.check.qualification import qualify_check
+
+        return replace(found, qualified=qualify_check(found, turn, given, bench))
 
 
 def _refinement_points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:

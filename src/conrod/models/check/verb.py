@@ -49,14 +49,13 @@ class CheckOptions(VerificationOptions):
     crank_zero: str | None = option("--crank-zero", metavar="ANGLE", help="Hinge at crank angle 0 [found].")
     keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble the model from there.")
     controls: tuple[str, ...] = option("--ctrl")
+    qualify: bool = option("--qualify", RUNS, is_flag=True, help="Plant known defects too: which are noticed?")
     seconds: float | None = option("--seconds", RUNS, type=float, metavar="S", help="Length of runs with --drive.")
     revolutions: int | None = option("--revolutions", RUNS, type=int, metavar="K", help="Turns of the crank [2].")
     steps_per_rev: int | None = option(
         "--steps-per-rev", RUNS, type=int, metavar="N", help="Steps a turn, of an FMU [1000]."
     )
-    torque: str | None = option(
-        "--torque", RUNS, metavar="TORQUE", help="On the crank of a table's run: 5 Nm, a column, a file."
-    )
+    torque: str | None = option("--torque", RUNS, metavar="TORQUE", help="On a table's crank: 5 Nm, a column, a file.")
     start: str | None = option("--start", RUNS, metavar="SPEED", help="Of its crank, e.g. 0rpm or 0rpm,30deg.")
     preset: str | None = option("--preset", RUNS)
     cell_timeout: float | None = option(
@@ -65,7 +64,7 @@ class CheckOptions(VerificationOptions):
     engine: tuple[str, ...] = option("--engine", hidden=True)
 
 
-MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls")
+MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
 TABLE = ("columns", "units", "estimate")
 TORQUE_RUN = ("torque", "start")
 RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
@@ -80,10 +79,7 @@ WITH_DRIVE = (
 @options.verb(CheckOptions)
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
-    """Judge FILE, a model (.xml, .mjb), FMU or table (.csv, .npz), as it stands.
-
-    By that of --scene, or its own with --drive. Exit status 1: out of tolerance.
-    """
+    """Judge a model (.xml, .mjb), FMU or table (.csv, .npz) by --scene, or --drive. Exit 1: out of tolerance."""
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.endings import FILES, FMUS, MODELS
     from conrod.user_files.files import check_readable
@@ -160,6 +156,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
             revolutions=TURNS if asked.revolutions is None else asked.revolutions,
             tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
             refine=asked.verification is not None,
+            qualify=asked.qualify,
             baseline=asked.baseline,
             accept=asked.accept,
         )
