@@ -133,6 +133,16 @@ def welded_tip(place: str) -> str:
     return replace_once(replace_once(four_bar(frame=""), site, tip), "</equality>", weld)
 
 
+@pytest.mark.parametrize(("share", "pins"), [(1e-6, 4), (0.0, 5)])
+def test_connects_at_one_place_are_one_pin_below_a_distance(
+    share: float, pins: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A distance that is exactly the limit, as 0 is of 0, is not below it."""
+    monkeypatch.setattr("conrod.models.check.model_links.SAME_PIN_DISTANCE", share)
+    twice = replace_once(four_bar(frame=""), "</equality>", '<connect name="again" site1="B" site2="C"/></equality>')
+    assert len([edge for edge in flat_links(twice).edges if edge.kind == "pin"]) == pins
+
+
 def test_welded_links_are_one_when_anchor_is_on_the_second() -> None:
     plain = flat_links(four_bar(frame=""))
     # The tip is turned by half a radian on the coupler.
