@@ -63,7 +63,7 @@ test-all: $(READY) ## the slow tests too: all 25 cams, long runs
 
 # What its libraries warn of each other is not conrod's: newer ones have deprecated what these call.
 lowest: $(LOWEST)/.ready ## the tests of command line, runs and engines with the lowest versions that are allowed
-	$(LOWEST)/bin/python -m pytest -n auto -W ignore::DeprecationWarning tests/cli tests/runs tests/engines \
+	$(LOWEST)/bin/python -m pytest -n auto -W ignore::DeprecationWarning tests/cli tests/comparison tests/engines \
 	    tests/mechanism tests/exact/test_exact_dynamics.py
 
 lint: $(READY)

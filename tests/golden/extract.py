@@ -90,7 +90,7 @@ def _validation(file: Path) -> Records:
         for key in VALIDATED:
             yield from _measured(f"{name}/{key}", entry[key] or None)
         yield from _orders(name, entry["order"], _series(entry["refinement"], entry["order"] or ()))
-        # Links' rotations are younger than the data; tests/runs/test_link_errors.py has them.
+        # Links' rotations are younger than the data; tests/comparison/test_link_errors.py has them.
         tolerance = _without(entry["tolerance"], "reason", *ROTATIONS)
         yield from _exactly(f"{name}/tolerance", tolerance if any(tolerance.values()) else {})
         yield from _verdict(name, entry["passed"])
