@@ -157,7 +157,8 @@ def test_pasted_lines_of_a_point_give_its_settings() -> None:
         assert paste_template(lines | {2: other}).keys() == {"1", "2", "3"}
 
 
-@pytest.mark.parametrize("name", ["sweep/cam-follower", "limits/saw-500rpm"])
+# The page of limits is the heaviest of all, and has the same script.
+@pytest.mark.parametrize("name", ["sweep/cam-follower", pytest.param("limits/saw-500rpm", marks=pytest.mark.slow)])
 def test_click_and_keyboard_show_the_words_of_a_point(name: str, site: Any, tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")

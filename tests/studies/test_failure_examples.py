@@ -100,7 +100,7 @@ EXAMPLES: tuple[Example, ...] = (
     ),
     Example(
         Outcome.CRASHED, "an engine's own assertion", "saw-500rpm", FAST_SAW, "pymunk", "tuned", 100,
-        unchecked_settings={"iterations": 0},
+        unchecked={"iterations": 0},
         limits={"timeout": 60.0},
     ),
     Example(

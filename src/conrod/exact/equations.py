@@ -175,7 +175,7 @@ class Equations:
                 bodies = pose_jets(self.mechanism, [poses])
                 step = self._factor(bodies, len(poses)).solve(self._residual(bodies, 0, angle))
             poses -= step
-            length = float(np.abs(step / self.scale).max())
+            length = float(np.abs(step / self.scale).max(initial=0.0))
             if not math.isfinite(length) or (falling and length > longest):
                 break
             if length <= NEWTON_TOLERANCE:
