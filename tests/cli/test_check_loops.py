@@ -55,6 +55,7 @@ MODELS = {
     "another quantity": (BAR, (*DRIVE, "--tolerance", "pos=1mm"), "unknown quantity 'pos': did you mean 'position'?"),
     "a unit of another kind": (BAR, (*DRIVE, "--tolerance", "velocity=1mm"), "'mm' is not a unit of m/s"),
     "an option of scenes": (BAR, (*DRIVE, "--revolutions", "2"), "--revolutions does not go with --drive"),
+    "a qualification by itself": (BAR, ("--qualify",), "--qualify does not go with a model without --scene, which"),
 }  # fmt: skip
 
 

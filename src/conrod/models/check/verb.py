@@ -277,7 +277,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
 
     if others := [name for name in asked.engine if name != "mujoco"]:
         raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
-    refuse_others(asked, "--drive", *WITH_DRIVE)
+    refuse_others(asked, "--drive" if asked.drives or asked.scene else "a model without --scene", *WITH_DRIVE)
     subjects = tuple(MACHINES) if SPATIAL in names else names
     parts, inputs = dict[str, str](), dict[str, Path]()
     for name in subjects:
