@@ -204,9 +204,9 @@ def test_a_misfit_is_told_with_the_worst_quantity_first() -> None:
         return {"difference": difference, "allowed": allowed, "angle": 0.5 * math.pi}
 
     assert misfit_words({}) == misfit_words({"position": of(1e-10)}) == ""
-    assert misfit_words({"position": of(1e-8), "velocity": of(1e-6), "acceleration": of(1e-7, 1e-9)}) == (
-        "the exact motion contradicts the joints' equations: velocity by 1e-06 at crank angle 90 deg, where 1e-09 can "
-        "be explained (position and acceleration too)"
+    assert misfit_words({"position": of(1e-8), "velocity": of(1e-7), "acceleration": of(1e-6, 1e-9)}) == (
+        "the exact motion contradicts the joints' equations: acceleration by 1e-06 at crank angle 90 deg, where 1e-09 "
+        "can be explained (position and velocity too)"
     )
     assert misfit_words({"velocity": of(1e-6)}).endswith("where 1e-09 can be explained")
     assert misfit_words({"position": of(1.0), "points' position": of(0.25), "points' velocity": of(0.5)}) == (
