@@ -89,7 +89,9 @@ MISTAKES = {
     "validate --json pipe": ("pipe", "regular file"),
     "validate --json link-to-pipe": ("link-to-pipe", "regular file"),
     "export saw-40rpm --format csv -o itself": ("itself", "regular file"),
-    "export saw-40rpm --format csv -o pipe": ("cannot write pipe: it is not a regular file",),  # a pipe of the test: a defect may replace it
+    "export saw-40rpm --format csv -o pipe": (
+        "cannot write pipe: it is not a regular file",
+    ),  # a pipe of the test: a defect may replace it
     "export saw-40rpm --format csv -o report": ("report", "folder"),
     "validate saw-40rpm --out linked": ("linked: README.md in it is not a regular file",),
     "validate saw-40rpm --out linked-figure": ("figures/saw-40rpm-error.svg",),

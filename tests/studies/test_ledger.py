@@ -21,7 +21,7 @@ from cell_tasks import InProcessExecutor, cells, substitute_task
 from command_line import conrod
 
 from conrod import InvalidInput
-from conrod.execution import ledger_file
+from conrod.execution import ledger_file, writing
 from conrod.execution.case import CaseResult
 from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger, default_ledger_path
@@ -412,3 +412,15 @@ def test_what_the_ledger_has_is_not_run_again_unless_asked_for(
     said, found, _ = judged(tmp_path, verb, asked, *other.split())
     assert not said.startswith("runs: 0 to do")
     assert found != first
+
+
+def test_a_place_is_the_one_whose_links_were_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link").symlink_to("folder")
+    (tmp_path / "again").symlink_to(tmp_path / "link")
+
+    def resolve(path: Path) -> Path:
+        raise AssertionError(f"{path} is resolved again, and its links may be others by then")
+
+    monkeypatch.setattr(writing, "real_path", resolve)
+    assert writing.own_path(tmp_path / "again" / "l.sqlite") == tmp_path / "folder" / "l.sqlite"
