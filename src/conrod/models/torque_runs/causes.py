@@ -63,12 +63,12 @@ def _try_cause(
     kind, words, predict, probe = hypothesis
     run = question.run
 
-    def without(size: float) -> RunComparison:
+    def compare_without_cause(size: float) -> RunComparison:
         changed = predict(size)
         return replace(run, exact={name: own + (changed[name] - base[name]) for name, own in run.exact.items()})
 
     try:
-        size, undone = (0.0, without(0.0)) if probe is None else _fit(run, without, probe)
+        size, undone = (0.0, compare_without_cause(0.0)) if probe is None else _fit(run, compare_without_cause, probe)
     except (InvalidInput, ArithmeticError):
         return None  # the machine does not move so
     explains = {
@@ -78,14 +78,16 @@ def _try_cause(
     return Cause(kind, words(size), explains) if explains else None
 
 
-def _fit(run: RunComparison, without: Callable[[float], RunComparison], probe: float) -> tuple[float, RunComparison]:
+def _fit(
+    run: RunComparison, compare_without_cause: Callable[[float], RunComparison], probe: float
+) -> tuple[float, RunComparison]:
     """Fit the size of a cause by least squares of all differences; return it, and the comparison without the cause."""
-    sizes, residuals, found = [0.0], [run.normalised()], [run]
+    sizes, residuals, found = [0.0], [run.normalised_differences()], [run]
     step = probe
     for _ in range(MAX_FIT_STEPS):
-        tried = without(sizes[-1] + step)
+        tried = compare_without_cause(sizes[-1] + step)
         sizes.append(sizes[-1] + step)
-        residuals.append(tried.normalised())
+        residuals.append(tried.normalised_differences())
         found.append(tried)
         slope = (residuals[-1] - residuals[-2]) / (sizes[-1] - sizes[-2])
         squares = float(slope @ slope)

@@ -93,8 +93,8 @@ class RunComparison:
         """The largest error of a quantity; None where the run has none."""
         return max((float(error.max()) for error in self.sizes.get(name, {}).values()), default=None)
 
-    def normalised(self) -> Array:
-        """All compared differences, normalised, one after the other."""
+    def normalised_differences(self) -> Array:
+        """Differences of all compared columns but accelerations, each over `unit_of` it, one after the other (N,)."""
         columns = [name for name in self.compared_columns if name.rsplit(".", 1)[-1][:1] != "a"]
         return np.concatenate([self.difference(name) / self.unit_of(name) for name in columns])
 

@@ -169,7 +169,7 @@ def _load_hypotheses(question: RunQuestion) -> Iterator[Hypothesis]:
     yield (
         "viscous friction",
         lambda size: f"the crank is damped by {size:.4g} N m s/rad",
-        lambda size: question.predict(extra=(Load("damping", along, Viscous(_taken(size))),)),
+        lambda size: question.predict(extra=(Load("damping", along, Viscous(_positive_coefficient(size))),)),
         0.01 * turn / speed,
     )
     if not isinstance(question.torque.law, Sampled) and not question.run.exact[CRANK_SPEED].min() < 0.0:
@@ -177,12 +177,14 @@ def _load_hypotheses(question: RunQuestion) -> Iterator[Hypothesis]:
     yield (
         "dry friction",
         lambda size: f"the crank has a dry friction of {size:.4g} N m",
-        lambda size: question.predict(extra=(Load("friction", along, Friction(_taken(size), CREEP_SHARE * speed)),)),
+        lambda size: question.predict(
+            extra=(Load("friction", along, Friction(_positive_coefficient(size), CREEP_SHARE * speed)),)
+        ),
         0.01 * turn,
     )
 
 
-def _taken(size: float) -> float:
+def _positive_coefficient(size: float) -> float:
     """Size of a friction; raises InvalidInput for one that gives energy."""
     if size < 0.0:
         raise InvalidInput("friction that drives")

@@ -113,12 +113,12 @@ def errors_table(study: TorqueRunStudy) -> Table:
                 error, limit = errors[name], study.tolerance.get(name)
                 sizes = (numbers.measured_text(value) for value in (error.size.max, error.size.rms, error.size.final))
                 allowed = "not judged" if limit is None else _tolerance_text(name, limit)
-                rows.append((point, name, *sizes, _shown(study, point, name), f"{error.time:.4g}", allowed))
+                rows.append((point, name, *sizes, _error_cell(study, point, name), f"{error.time:.4g}", allowed))
     right = ("max", "rms", "final", "max, shown", "at [s]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
 
 
-def _shown(study: TorqueRunStudy, point: str, name: str) -> str:
+def _error_cell(study: TorqueRunStudy, point: str, name: str) -> str:
     """The largest error in mm, m/s, m/s², deg or rpm."""
     size, lengths = study.errors[point][name].size.max, study.scene.lengths
     if point == CRANK:

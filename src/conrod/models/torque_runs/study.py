@@ -149,7 +149,7 @@ def study_torque_run(
         columns=reading.columns, unused=reading.unused, form=reading.form,
         rows=len(reading.values[TIME]), compared=len(times), span=(float(times[0]), float(times[-1])),
         speed=run.speed, errors=_error_curves(run), tolerance=allowed, causes=(),
-        notes=tuple(_notes(scene, reading, len(times))), unjudged=tuple(_unjudged(run, allowed)),
+        notes=tuple(_notes(scene, reading, len(times))), unjudged=tuple(_unjudged_quantities(run, allowed)),
         drift=motion.drift, distrust=_distrust(scene, motion.drift),
     )  # fmt: skip
     wrong = [
@@ -215,7 +215,7 @@ def _notes(scene: Scene, reading: Reading, compared: int) -> Iterator[str]:
         yield f"beside the torque act all loads of the machine: {', '.join(load.name for load in loads)}"
 
 
-def _unjudged(run: RunComparison, allowed: Mapping[str, float]) -> Iterator[str]:
+def _unjudged_quantities(run: RunComparison, allowed: Mapping[str, float]) -> Iterator[str]:
     """Yield the quantities that the run has, or should have, and no tolerance is of."""
     for name in JUDGED_QUANTITIES:
         if name not in allowed and name in run.sizes:

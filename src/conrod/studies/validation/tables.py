@@ -70,7 +70,7 @@ def _family_verdict(study: SceneStudy) -> Cell:
     return ColouredCell("within tolerance", "good") if judged else "not judged"
 
 
-def _unjudged(run: ValidationResult) -> bool:
+def _is_unjudged(run: ValidationResult) -> bool:
     return run.passed is None and run.completed
 
 
@@ -241,7 +241,7 @@ def results_to_print(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
     yield from distrusted_scenes(studies)
     yield family_table(members)
     if unjudged := dict.fromkeys(
-        " ".join(engine_and_preset(r)) for one in members for r in one.results if _unjudged(r)
+        " ".join(engine_and_preset(r)) for one in members for r in one.results if _is_unjudged(r)
     ):
         yield f"measured, not judged: {', '.join(unjudged)}"
     # A family has its errors in one table; what is out of tolerance in it is shown whole.
