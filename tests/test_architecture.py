@@ -10,15 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
+from import_graph import MODULES, ROOT, import_graph, imports, within
 
 import conrod
 from conrod.slices import SLICES
-
-ROOT = Path(conrod.__file__).parent
-MODULES = {
-    ".".join(("conrod", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__"): path
-    for path in sorted(ROOT.rglob("*.py"))
-}
 
 VERBS = [module.removeprefix("conrod.") for module in MODULES if module.endswith(".verb")]
 # Modules of slices that draw.
@@ -78,44 +73,13 @@ ALONE = {
 }
 
 
-def within(module: str, package: str) -> bool:
-    return module == package or module.startswith(package + ".")
-
-
-def imports(path: Path, type_checking: bool = False) -> set[str]:
-    """Modules that a file imports, wherever in it; those for the type checker alone only where asked for."""
-    found: set[str] = set()
-
-    def visit(node: ast.AST) -> None:
-        if not type_checking and isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
-            return
-        if isinstance(node, ast.Import):
-            found.update(alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert not node.level, f"{path}: a relative import"
-            base = str(node.module)
-            found.add(base)
-            # `from package import module` is an import of the module.
-            found.update(f"{base}.{alias.name}" for alias in node.names if f"{base}.{alias.name}" in MODULES)
-        for child in ast.iter_child_nodes(node):
-            # An import is a statement: no expression holds one.
-            if isinstance(child, ast.stmt | ast.excepthandler | ast.match_case):
-                visit(child)
-
-    visit(ast.parse(path.read_text(encoding="utf-8")))
-    return found
-
-
-GRAPH = {module: imports(path) for module, path in MODULES.items()}
-
-
 @pytest.mark.parametrize(
     ("importer", "imported", "why"), FORBIDDEN, ids=lambda value: str(value).removeprefix("conrod.")
 )
 def test_no_module_imports_what_is_forbidden_to_it(importer: str, imported: str, why: str) -> None:
     wrong = {
         module: [name for name in names if within(name, imported)]
-        for module, names in GRAPH.items()
+        for module, names in import_graph().items()
         if within(module, importer)
     }
     assert not {module: names for module, names in wrong.items() if names}, why
@@ -139,7 +103,7 @@ def climbs(graph: dict[str, set[str]]) -> list[tuple[str, str]]:
 
 
 def test_imports_go_down_the_floors() -> None:
-    assert climbs(GRAPH) == []
+    assert climbs(import_graph()) == []
     # Negative controls: an import upwards, and one between neighbours.
     assert climbs({"conrod.exact.jet": {"conrod.report.canvas"}}) == [("conrod.exact.jet", "conrod.report.canvas")]
     assert climbs({"conrod.comparison.outcome": {"conrod.scenes.scene"}}) == [
@@ -163,7 +127,8 @@ def test_only_modules_of_no_room_lie_at_the_root() -> None:
 def test_no_two_modules_import_each_other() -> None:
     # An import in a function is allowed to go around; one at the top of two modules is a knot.
     packages = {module for module, path in MODULES.items() if path.name == "__init__.py"}
-    knots = [(a, b) for a in GRAPH for b in GRAPH[a] if a in GRAPH.get(b, set()) and a < b and not {a, b} & packages]
+    graph = import_graph()
+    knots = [(a, b) for a in graph for b in graph[a] if a in graph.get(b, set()) and a < b and not {a, b} & packages]
     assert knots == []
 
 
@@ -175,15 +140,15 @@ def test_settings_of_an_engine_import_no_engine_library(name: str, library: str)
     # They stand in `__init__`, which is imported with every module of the package, be it only the translator.
     package = f"conrod.engines.{name}"
     assert [
-        name for name in {package, *reachable_modules(package)} if any(within(n, library) for n in GRAPH[name])
+        name for name in {package, *reachable_modules(package)} if any(within(n, library) for n in import_graph()[name])
     ] == []
     # Negative control: the engine is seen to import its library.
-    assert any(within(name, library) for name in GRAPH[f"{package}.engine"])
+    assert any(within(name, library) for name in import_graph()[f"{package}.engine"])
 
 
 @pytest.mark.parametrize("library", ALONE)
 def test_library_is_imported_only_where_it_belongs(library: str) -> None:
-    users = {module for module, names in GRAPH.items() if any(within(name, library) for name in names)}
+    users = {module for module, names in import_graph().items() if any(within(name, library) for name in names)}
     assert users
     assert {m for m in users if not any(within(m, f"conrod.{place}") for place in ALONE[library])} == set()
 
@@ -196,7 +161,7 @@ def reachable_modules(start: str) -> set[str]:
         module = ahead.pop()
         if module not in found:
             found.add(module)
-            ahead += [name for name in GRAPH.get(module, ()) if name in MODULES]
+            ahead += [name for name in import_graph().get(module, ()) if name in MODULES]
     return found - {start}
 
 
@@ -208,13 +173,14 @@ def test_studies_reach_an_engine_by_the_table_alone(engine: str) -> None:
     ways = {module: [name for name in reachable_modules(module) if within(name, package)] for module in studies}
     assert not {module: names for module, names in ways.items() if names}
     # Negative control: the walk does follow imports of imports.
-    assert {n for n in reachable_modules(f"{package}.engine") - GRAPH[f"{package}.engine"] if within(n, package)}
+    engine = f"{package}.engine"
+    assert {name for name in reachable_modules(engine) - import_graph()[engine] if within(name, package)}
 
 
 def engines_reached(start: str) -> set[str]:
     """Modules of MuJoCo's and pymunk's packages, and these libraries, that a module imports by whatever way."""
     libraries = ("mujoco", "pymunk", "conrod.engines.mujoco", "conrod.engines.pymunk")
-    names = set[str]().union(*(GRAPH[module] for module in {start, *reachable_modules(start)}))
+    names = set[str]().union(*(import_graph()[module] for module in {start, *reachable_modules(start)}))
     return {name for name in names if any(within(name, library) for library in libraries)}
 
 

@@ -11,12 +11,10 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
+from import_graph import MODULES, ROOT, import_graph, within
 
-import conrod
 from conrod.slices import REQUIRED, SLICES
-from tests.test_architecture import GRAPH, MODULES, within
 
-ROOT = Path(conrod.__file__).parent
 PACKAGES = {one.folder: one.package for one in SLICES}
 OPTIONAL = [folder for folder in PACKAGES if folder not in REQUIRED]
 # Imports in functions, when they are asked for: by an option or by the kind of a file.
@@ -62,7 +60,7 @@ def imports_of_others(graph: dict[str, set[str]]) -> set[tuple[str, str]]:
 
 
 def test_a_slice_imports_only_those_it_is_built_on() -> None:
-    assert imports_of_others(GRAPH) == set()
+    assert imports_of_others(import_graph()) == set()
     # Negative control.
     planted = {"conrod.studies.limits.plan": {"conrod.studies.sweep.findings"}}
     assert imports_of_others(planted) == {("studies.limits", "studies.sweep")}
@@ -71,7 +69,7 @@ def test_a_slice_imports_only_those_it_is_built_on() -> None:
 def test_no_room_below_imports_a_slice() -> None:
     # The command line's own modules may when a verb asks for it.
     below = {module for module in MODULES if slice_of(module) is None and not within(module, "conrod.cli")}
-    found = {module: names for module in below if (names := {n for n in GRAPH[module] if slice_of(n)})}
+    found = {module: names for module in below if (names := {n for n in import_graph()[module] if slice_of(n)})}
     assert found == {}
 
 
