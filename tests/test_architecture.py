@@ -28,7 +28,7 @@ DRAWINGS = (
 # The floors of the house, the lowest first: a room imports from its own floor and from those below (docs/design.md).
 FLOORS = (
     "mechanism < exact < scenes, comparison < engines < execution < report < user_files < mjcf < studies < models < "
-    "verification < cli"
+    "verification < guide < cli"
 )
 LEVEL = {room: level for level, rooms in enumerate(FLOORS.split(" < ")) for room in rooms.split(", ")}
 AT_THE_ROOT = {"__init__", "__main__", "crash", "errors", "slices", "testing"}

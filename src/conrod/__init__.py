@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from conrod.execution.resolve_arguments import family as family
     from conrod.execution.resolve_arguments import scene as scene
     from conrod.execution.runner import Runs as Runs
+    from conrod.guide.doctor.api import doctor as doctor
+    from conrod.guide.explain.api import explain as explain
+    from conrod.guide.init.api import begin_project as begin_project
     from conrod.mechanism.mechanism import Mechanism as Mechanism
     from conrod.models.check.api import check_model as check_model
     from conrod.models.check.dispatch import check as check

@@ -130,4 +130,20 @@ SLICES = (
         functions={"export": "api"},
     ),
     Slice("verification"),
+    Slice(
+        "guide.explain",
+        verbs={"explain": "Explain a word that conrod prints, and what to do about it."},
+        functions={"explain": "api"},
+    ),
+    Slice(
+        "guide.doctor",
+        verbs={"doctor": "Check this installation, and that wrong runs are noticed here."},
+        functions={"doctor": "api"},
+        uses=("studies.validation",),
+    ),
+    Slice(
+        "guide.init",
+        verbs={"init": "Begin a project: a mechanism file, a test and a workflow."},
+        functions={"begin_project": "api"},
+    ),
 )

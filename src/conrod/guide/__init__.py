@@ -1,0 +1,1 @@
+"""What helps a new user: words explained, the installation checked, a project begun."""

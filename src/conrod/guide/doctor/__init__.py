@@ -1,0 +1,1 @@
+"""The installation checked: versions, engines, and whether wrong runs are noticed here."""

@@ -1,0 +1,1 @@
+"""Words of conrod explained: outcomes, verdicts, presets, rules, quantities, columns and terms."""

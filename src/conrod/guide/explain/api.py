@@ -1,0 +1,29 @@
+"""Explain a word that conrod prints or asks for."""
+
+from __future__ import annotations
+
+from conrod.errors import unknown_choice
+from conrod.guide.explain.sources import WordMeaning, explanations
+
+
+def explain(word: str) -> tuple[WordMeaning, ...]:
+    """Explain an outcome, verdict, preset, rule of lint, quantity, column or term.
+
+    Args:
+        word: as conrod prints it, in any case; of several meanings all are returned.
+
+    Raises:
+        InvalidInput: the word is none of conrod's; names the nearest.
+    """
+    wanted = _normalised(word)
+    known = tuple(explanations())
+    found = tuple(one for one in known if _normalised(one.word) == wanted)
+    if not found:
+        raise unknown_choice("word", word, dict.fromkeys(one.word for one in known))
+    return found
+
+
+def _normalised(word: str) -> str:
+    """Return a word without case, hyphens, underscores and a plural's s, by which it is looked up."""
+    plain = " ".join(word.lower().replace("-", " ").replace("_", " ").split())
+    return plain.removesuffix("s") if len(plain) > 3 else plain

@@ -1,0 +1,112 @@
+"""Where the meanings of words come from: the glossary, the code's own texts, and `words.toml`."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import conrod
+from conrod.slices import SLICES
+
+PACKAGE = "conrod.guide.explain"
+
+
+@dataclass(frozen=True)
+class WordMeaning:
+    """What a word means that conrod prints or asks for.
+
+    Attributes:
+        kind: what the word names, such as "outcome of a run" or "preset of mujoco".
+        advice: what to do where a user meets it; empty if nothing needs to be done.
+        page: where docs/ says more, such as "validation.md#outcomes"; empty if nowhere.
+    """
+
+    word: str
+    kind: str
+    meaning: str
+    advice: str = ""
+    page: str = ""
+
+
+def explanations() -> Iterator[WordMeaning]:
+    """Yield all words that can be explained, those of results before terms."""
+    words = tomllib.loads(files(PACKAGE).joinpath("words.toml").read_text("utf-8"))
+    yield from _outcomes(words["outcome"])
+    for kind, title in (("verdict", "verdict"), ("quantity", "error that is compared")):
+        for word, entry in words[kind].items():
+            yield WordMeaning(word, title, entry["means"], entry.get("advice", ""), entry["page"])
+    yield from _presets()
+    yield from _lint_rules()
+    for word, meaning in words["column"].items():
+        yield WordMeaning(word, "column of `conrod results`", meaning, page="running.md")
+    yield from glossary_terms(glossary_text())
+
+
+def _outcomes(advice: dict[str, str]) -> Iterator[WordMeaning]:
+    from conrod.comparison.trajectory import Outcome
+
+    for outcome in Outcome:
+        yield WordMeaning(
+            outcome.slug, "outcome of a run", outcome.meaning, advice[outcome.slug], "validation.md#outcomes"
+        )
+
+
+def _presets() -> Iterator[WordMeaning]:
+    from conrod.engines import OPTIONAL_ENGINES, loadable_engines
+
+    for engine in loadable_engines(OPTIONAL_ENGINES)[0]:
+        for name, preset in engine.presets.items():
+            judged = (
+                "judged by the engine's error law" if preset.judged else "measured, not judged, without --tolerance"
+            )
+            yield WordMeaning(
+                name, f"preset of {engine.name}", f"{preset.meaning}; {judged}", page="validation.md#presets"
+            )
+
+
+def _lint_rules() -> Iterator[WordMeaning]:
+    if not any(one.folder == "models.lint" for one in SLICES):
+        return
+    from conrod.models.lint.linting import RULES
+
+    for name, rule in RULES.items():
+        meaning = " ".join((rule.__doc__ or "").split())
+        advice = f"A finding gives its own fix; `--ignore {name}` leaves the rule out."
+        yield WordMeaning(name, "rule of `conrod lint`", meaning, advice, "lint.md#rules")
+
+
+# -- glossary ----------------------------------------------------------------------------------------------------------
+
+
+def glossary_text() -> str:
+    """Read the glossary, which lies beside this module once installed and in docs/ of a checkout."""
+    beside = files(PACKAGE).joinpath("glossary.md")
+    if beside.is_file():
+        return beside.read_text("utf-8")
+    return Path(conrod.__file__).parents[2].joinpath("docs", "glossary.md").read_text("utf-8")
+
+
+def glossary_terms(text: str) -> Iterator[WordMeaning]:
+    """Yield the terms of a glossary in Markdown: a heading `### Term, another`, then what it and *others* mean."""
+    for heading, body in re.findall(r"^### (.+?)\n(.+?)(?=^##|\Z)", text, re.DOTALL | re.MULTILINE):
+        meaning = _plain_text(body)
+        links = re.findall(r"\]\(([a-z-]+\.md[^)]*)\)", body)
+        explained = [*heading.split(", "), *re.findall(r"(?<![\w*])\*([^*]+)\*(?![\w*])", " ".join(body.split()))]
+        for word in dict.fromkeys(word.lower() for word in explained):
+            yield WordMeaning(word, "term", meaning, page=links[-1] if links else "glossary.md")
+
+
+def _plain_text(markdown: str) -> str:
+    """Return a paragraph of Markdown as one line, without links, emphasis, and sentences that only point elsewhere."""
+    line = re.sub(r"\[([^\]]+)\]\([^)]+\)", r"\1", " ".join(markdown.split()))
+    return re.sub(r"(?<![\w*])\*([^*]+)\*(?![\w*])", r"\1", line).strip()
+
+
+def as_plain_values(one: WordMeaning) -> dict[str, Any]:
+    """Return an explanation as plain values for JSON, without what is empty."""
+    return {name: value for name, value in vars(one).items() if value}
