@@ -56,6 +56,7 @@ ALONE = {
         "mjcf",
         "models.check",
         "models.harden",
+        "models.inspection",
         "models.invariances",
         "models.lint",
         "models.loops",

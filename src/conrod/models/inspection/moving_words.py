@@ -1,0 +1,59 @@
+"""Lines on what moves a model, from the results of its actuators, keyframes and energy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from conrod.models.inspection.actuator_results import ActuatorResult, percent_text
+from conrod.report.numbers import measured_text, quantity
+
+MAX_EACH = 3  # actuators that are all described one by one
+MAX_ALARMS = 6  # lines on what is wrong with actuators
+
+
+def actuator_lines(results: Sequence[ActuatorResult]) -> Iterator[str]:
+    """Yield lines: each actuator of a few; of many those with an alarm, and the others of a kind in one line."""
+    if len(results) <= MAX_EACH:
+        yield from (one.words() for one in results)
+        return
+    alarmed = [one for one in results if one.alarms]
+    yield from (f"{one.name} ({one.kind}, {one.drives}): it {'; '.join(one.alarms)}" for one in alarmed[:MAX_ALARMS])
+    if more := alarmed[MAX_ALARMS:]:
+        yield f"and {len(more)} more: {', '.join(one.name for one in more)}"
+    healthy = [one for one in results if not one.alarms]
+    for kind in dict.fromkeys(one.kind for one in healthy):
+        yield from _kind_lines(kind, [one for one in healthy if one.kind == kind])
+
+
+def _kind_lines(kind: str, same: list[ActuatorResult]) -> Iterator[str]:
+    """Yield a line on the tried actuators of a kind, and one on those that were not tried, by reason."""
+    tried = [one for one in same if one.responses or one.acceleration is not None]
+    if tried:
+        shown = (
+            tried[0].name if len(tried) == 1 else f"{len(tried)} others" if len(tried) < len(same) else f"{len(tried)}"
+        )
+        yield f"{shown} ({kind}): {', '.join(_common(tried))}"
+    left = [one for one in same if one not in tried]
+    for reason in dict.fromkeys(one.remark for one in left):
+        names = [one.name for one in left if one.remark == reason]
+        yield f"{names[0]}{f' and {len(names) - 1} more' if len(names) > 1 else ''} ({kind}): {reason}"
+
+
+def _common(tried: list[ActuatorResult]) -> Iterator[str]:
+    """Yield the worst of what healthy actuators of a kind did, each a clause."""
+    responses = [response for one in tried for response in one.responses]
+    if responses:
+        yield f"each reached within {percent_text(max(one.missing_share for one in responses))}"
+        yield f"settles within {quantity(max(one.settling or 0.0 for one in responses), 2)} s"
+        overshoot = max(one.overshoot for one in responses)
+        yield f"overshoots by up to {percent_text(overshoot)}" if overshoot > 1e-3 else "no overshoot"
+    elif all(one.acceleration is not None for one in tried):
+        sizes = [abs(one.acceleration or 0.0) for one in tried]
+        units = " or ".join(dict.fromkeys(f"{one.unit}/s²" for one in tried))
+        yield "forces: no position is reached"
+        yield f"accelerates by {measured_text(min(sizes))} to {measured_text(max(sizes))} {units}"
+        if partly := [one.name for one in tried if one.holds is not None and one.holds != one.span]:
+            yield f"{len(partly)} hold their load in a part of their range only, {partly[0]} the first"
+    steps = [one.steps.largest for one in tried if one.steps is not None and one.steps.largest is not None]
+    if steps:
+        yield f"largest stable step {quantity(1e3 * min(steps), 3)} ms"

@@ -1,0 +1,112 @@
+"""Search of the time steps up to which the response of an actuator stays the same."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.compiled_edits import set_step
+from conrod.exact.motion import Array
+from conrod.models.inspection.actuator_results import StepBounds
+from conrod.models.inspection.actuator_runs import TrialBench, run_trial
+
+MAX_CHANGE = 0.05  # of a response's range, by which it may differ from that of half the step
+DOUBLINGS, HALVINGS = 4, 6
+MAX_SEARCH_STEPS = 40_000  # of one run
+COMPARED_INSTANTS = 200
+MIN_MOVE = 0.05  # of a range, that changes are shares of at least
+MIN_STEPS = 8  # of a run that is long enough to be compared
+IMPLICIT = ("implicit", "implicitfast", "discrete")
+CRAMPED = 4.0  # times its own step, below which a largest stable step is compared with implicitfast's
+
+
+def search_steps(
+    bench: TrialBench, command: Callable[[mujoco.MjData], None], seconds: float, span: float
+) -> StepBounds | None:
+    """Double or halve the time step of a response until it differs from that of half the step, or diverges.
+
+    Args:
+        command: sets what begins the response in data at the start.
+        seconds: length of the response.
+        span: range of the coordinate that it is meant for.
+
+    Returns:
+        None where the response is too long to be compared at small steps.
+    """
+    own = bench.step
+    if seconds / own > MAX_SEARCH_STEPS:
+        return None
+    name = mujoco.mjtIntegrator(bench.model.opt.integrator).name.removeprefix("mjINT_")
+    search = _Search(bench, command, seconds, span)
+    largest, tried = search.largest()
+    diverges, faster = search.response(own) is None, None
+    if name.lower() not in IMPLICIT and (largest is None or largest < CRAMPED * own):
+        other = copy.copy(bench.model)
+        other.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        faster, _ = _Search(replace(bench, model=other), command, seconds, span).largest()
+    shown = name if name == "RK4" else name.lower() if name != "EULER" else "Euler"
+    return StepBounds(own, shown, largest, faster, diverges, search.change(own), tried)
+
+
+class _Search:
+    """Responses of a bench by their time step, each made once."""
+
+    def __init__(
+        self, bench: TrialBench, command: Callable[[mujoco.MjData], None], seconds: float, span: float
+    ) -> None:
+        self._bench, self._command, self._seconds, self._span = bench, command, seconds, span
+        self._made = dict[float, Array | None]()
+
+    def response(self, step: float) -> Array | None:
+        """Values at `COMPARED_INSTANTS` evenly spaced times; None where the run diverges, or has too few steps."""
+        if step not in self._made:
+            self._made[step] = self._run(step)
+        return self._made[step]
+
+    def _run(self, step: float) -> Array | None:
+        count = round(self._seconds / step)
+        if count < MIN_STEPS:
+            return None
+        model, data = copy.copy(self._bench.model), copy.copy(self._bench.data)
+        set_step(model, step)
+        self._command(data)
+        run = run_trial(replace(self._bench, model=model), data, count, self._span)
+        if run.broke:
+            return None
+        times = np.linspace(0.0, (MIN_STEPS - 1) / MIN_STEPS * self._seconds, COMPARED_INSTANTS)
+        return np.array([np.interp(times, step * np.arange(count), values) for values in (run.values, run.rates)])
+
+    def change(self, step: float) -> float:
+        """Share of the response's range by which half the step changes it; infinite where one diverges."""
+        one, half = self.response(step), self.response(0.5 * step)
+        if one is None or half is None:
+            return math.inf
+        ranges = np.maximum(np.ptp(half, axis=1), [MIN_MOVE * self._span, MIN_MOVE * self._span / self._seconds])
+        change = np.abs(one - half)
+        # Rates in the end: what swings from step to step hardly moves. How fast it begins to move is the step's.
+        late = change[1, COMPARED_INSTANTS // 2 :].max()
+        return float(max(change[0].max() / ranges[0], late / ranges[1]))
+
+    def is_same(self, step: float) -> bool:
+        """True if the response is that of half the step."""
+        return self.change(step) <= MAX_CHANGE
+
+    def largest(self) -> tuple[float | None, tuple[float, float]]:
+        """The largest step whose response is that of half of it, and the least and largest tried."""
+        own = self._bench.step
+        if self.is_same(own):
+            for k in range(1, DOUBLINGS + 1):
+                if not self.is_same(2.0**k * own):
+                    return 2.0 ** (k - 1) * own, (0.5 * own, 2.0**k * own * (1.0 + 1e-6))
+            return 2.0**DOUBLINGS * own, (0.5 * own, 2.0**DOUBLINGS * own)
+        for k in range(1, HALVINGS + 1):
+            if self._seconds / own * 2.0 ** (k + 1) > MAX_SEARCH_STEPS:
+                break
+            if self.is_same(0.5**k * own):
+                return 0.5**k * own, (0.5 ** (k + 1) * own, own)
+        return None, (0.5 ** (k + 1) * own, own)

@@ -1,0 +1,154 @@
+"""Actuators that are tried: a servo on a slide against its closed form and plain MuJoCo, and planted defects."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+
+from conrod.mjcf.loading import data_at_start
+from conrod.models.inspection.actuator_results import ActuatorResult
+from conrod.models.inspection.actuators import try_actuators
+from conrod.models.inspection.moving import count_model_mobility
+from conrod.models.inspection.moving_study import study_moving
+
+MASS, KP, STEP, WEIGHT = 2.0, 2000.0, 0.002, 2.0 * 9.81
+
+
+def on_slide(actuator: str, option: str = "", limits: str = "-0.5 0.5") -> mujoco.MjModel:
+    """A mass on a vertical slide with one actuator."""
+    return mujoco.MjModel.from_xml_string(
+        f'<mujoco><option timestep="{STEP}" {option}/><worldbody><body>'
+        f'<joint name="lift" type="slide" axis="0 0 1" range="{limits}" limited="true"/>'
+        f'<geom size="0.05" mass="{MASS}"/></body></worldbody><actuator>{actuator}</actuator></mujoco>'
+    )
+
+
+def servo(extra: str, option: str = "") -> mujoco.MjModel:
+    return on_slide(f'<position name="servo" joint="lift" kp="{KP}" ctrlrange="-0.4 0.4" {extra}/>', option)
+
+
+def try_one(model: mujoco.MjModel) -> ActuatorResult:
+    (found,) = try_actuators(model, data_at_start(model, None)[0])
+    return found
+
+
+def plain_response(model: mujoco.MjModel, first: float, second: float, seconds: float) -> np.ndarray:
+    """Coordinates after a jump of the control, after as long a time at the first one; plain MuJoCo."""
+    data, values = mujoco.MjData(model), list[float]()
+    count = round(seconds / model.opt.timestep)
+    for control in (first, second):
+        data.ctrl[0] = control
+        values = []
+        for _ in range(count):
+            values.append(float(data.qpos[0]))
+            mujoco.mj_step(model, data)
+    return np.array(values)
+
+
+@pytest.fixture(scope="module")
+def healthy() -> ActuatorResult:
+    return try_one(servo('dampratio="1"'))
+
+
+def test_healthy_servo_raises_no_alarm(healthy: ActuatorResult) -> None:
+    assert healthy.alarms == ()
+    assert healthy.responses
+    assert all(one.is_reached and one.overshoot < 0.01 for one in healthy.responses)
+    assert healthy.steps is not None
+    assert healthy.steps.bears_own
+    assert healthy.kind == "position"
+    assert healthy.drives == "joint lift"
+
+
+def test_sag_of_servo_is_weight_over_gain(healthy: ActuatorResult) -> None:
+    assert healthy.sag == pytest.approx(-WEIGHT / KP, rel=1e-3)
+    assert healthy.load == pytest.approx(WEIGHT, rel=1e-9)
+    assert healthy.inertia == pytest.approx(MASS, rel=1e-9)
+    # Negative control: without weight it does not sag.
+    weightless = try_one(servo('dampratio="1"', 'gravity="0 0 0"'))
+    assert weightless.sag == pytest.approx(0.0, abs=1e-9)
+
+
+def test_settling_time_is_that_of_plain_mujoco(healthy: ActuatorResult) -> None:
+    response = healthy.responses[0]
+    values = plain_response(servo('dampratio="1"'), 0.0, response.target, 1.0)
+    outside = np.flatnonzero(np.abs(values - values[-1]) > 0.02 * response.move)
+    assert response.settling == pytest.approx(STEP * (outside[-1] + 1), abs=1.5 * STEP)
+    assert response.final == pytest.approx(values[-1], abs=3e-4)
+
+
+def test_servo_ten_times_too_weak_is_named() -> None:
+    found = try_one(servo(f'dampratio="1" forcerange="{-0.1 * WEIGHT} {0.1 * WEIGHT}"'))
+    assert found.is_too_weak
+    assert "too weak" in found.words()
+    assert found.limit == pytest.approx(0.1 * WEIGHT)
+    assert found.load == pytest.approx(WEIGHT)
+    # Negative control: ten times its weight is enough.
+    strong = try_one(servo(f'dampratio="1" forcerange="{-10 * WEIGHT} {10 * WEIGHT}"'))
+    assert not strong.is_too_weak
+    assert strong.alarms == ()
+
+
+def test_servo_that_overshoots_is_named_with_closed_form() -> None:
+    ratio = 0.1
+    made = f'<position name="servo" joint="lift" kp="{KP}" dampratio="{ratio}" ctrlrange="-0.4 0.4"/>'
+    found = try_one(on_slide(made, 'integrator="RK4"', "-2 2"))
+    expected = math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))
+    # The jump is of the move and of the sag before it, which stays: the response moves by the whole move.
+    assert found.overshoot == pytest.approx(expected, rel=0.02)
+    assert any("overshoots" in one for one in found.alarms)
+    assert found.damping_hint == pytest.approx(2.0 * math.sqrt(KP * MASS))
+
+
+def test_damper_that_the_step_does_not_bear_is_named() -> None:
+    stiff = 3000.0  # 3 m / h: explicit Euler multiplies the speed by 1 - h kv / m = -2
+    assert STEP * stiff / MASS == 3.0
+    found = try_one(servo(f'kv="{stiff}"'))
+    assert found.broke
+    assert found.steps is not None
+    assert found.steps.diverges
+    assert found.steps.largest == pytest.approx(0.5 * STEP)
+    assert found.steps.implicitfast is not None
+    assert found.steps.implicitfast > STEP
+    # Negative control: with implicitfast the step is borne.
+    mended = try_one(servo(f'kv="{stiff}"', 'integrator="implicitfast"'))
+    assert not mended.broke
+    assert mended.steps is not None
+    assert not mended.steps.diverges
+
+
+@pytest.mark.parametrize("kv", [2500.0, 20.0])
+def test_damper_actuator_brakes_if_the_step_bears_it(kv: float) -> None:
+    found = try_one(on_slide(f'<damper name="brake" joint="lift" kv="{kv}" ctrlrange="0 1"/>'))
+    assert found.kind == "damper"
+    assert bool(found.broke) == (STEP * kv / MASS > 2.0) == bool(found.alarms)
+
+
+def test_speed_servo_drifts_by_weight_over_gain() -> None:
+    found = try_one(on_slide('<velocity name="speed" joint="lift" kv="400"/>'))
+    assert found.kind == "velocity"
+    assert found.sag == pytest.approx(-WEIGHT / 400.0, rel=1e-3)
+
+
+def test_motor_reaches_no_position_and_holds_its_load() -> None:
+    found = try_one(on_slide('<motor name="motor" joint="lift" gear="50" ctrlrange="-1 1"/>'))
+    assert found.kind == "motor"
+    assert "no position is reached" in found.words()
+    assert found.acceleration == pytest.approx((50.0 - WEIGHT) / MASS, rel=1e-9)
+    assert found.holds == found.span == (-0.5, 0.5)
+    assert found.alarms == ()
+    weak = try_one(on_slide('<motor name="motor" joint="lift" gear="10" ctrlrange="-1 1"/>'))
+    assert weak.holds is not None
+    assert weak.holds[0] == weak.holds[1]
+
+
+def test_mobility_counts_what_actuators_drive() -> None:
+    model = servo("")
+    found = count_model_mobility(model, data_at_start(model, None)[0])
+    assert found is not None
+    assert (found.freedom, found.driven, found.undriven) == (1, 1, ())
+    study = study_moving(model, data_at_start(model, None)[0])
+    assert study.lines[0] == "1 degree of freedom, driven by 1 actuator"
