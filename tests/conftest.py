@@ -1,8 +1,10 @@
-"""What takes longer than what a test looks at: drawings, and processes of their own."""
+"""What takes longer than what a test looks at: drawings, processes of their own, and looks for garbage."""
 
 from __future__ import annotations
 
+import gc
 import os
+from collections.abc import Iterator
 
 import pytest
 
@@ -11,6 +13,17 @@ from conrod import ONE_THREAD
 os.environ.update(ONE_THREAD)  # as the command does, before numpy is loaded
 
 from conrod.report.figure import Figure
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Iterator[None]:
+    """Look for no garbage while modules are loaded, and never among what they hold: all of it is used to the end."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @pytest.fixture
