@@ -24,6 +24,7 @@ ON_DEMAND = {
     ("models.check", "models.torque_runs"),
     ("models.check", "verification"), ("studies.validation", "models.check"),
     ("models.check", "studies.detection"), ("guide.explain", "models.lint"),
+    ("models.check", "models.inspection"),
 }  # fmt: skip
 ASSEMBLED = "verification"  # puts findings of others together, and stands above them
 

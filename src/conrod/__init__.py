@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from conrod.models.export.api import export as export
     from conrod.models.fmu.api import check_fmu as check_fmu
     from conrod.models.harden.api import harden as harden
+    from conrod.models.inspection.api import inspect_model as inspect_model
     from conrod.models.invariances.api import invariances as invariances
     from conrod.models.lint.api import lint as lint
     from conrod.models.loops.api import check_loops as check_loops

@@ -76,6 +76,12 @@ SLICES = (
     Slice("models.fmu", functions={"check_fmu": "api"}, uses=("models.tables",)),
     Slice("models.loops", functions={"check_loops": "api"}, reports={"loops": "report.LOOPS_REPORT"}),
     Slice(
+        "models.inspection",
+        functions={"inspect_model": "api"},
+        reports={"inspection": "report.INSPECTION_REPORT"},
+        uses=("models.loops", "models.lint"),
+    ),
+    Slice(
         "models.invariances",
         verbs={"invariances": "Change what must not matter in a model."},
         functions={"invariances": "api"},

@@ -35,7 +35,8 @@ def timed_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
 # -- what is refused ---------------------------------------------------------------------------------------------------
 
 MODELS = {
-    "no drive": (BAR, (), "none of its joints is driven: give --drive JOINT=LAW for one of crank, coupler, rocker"),
+    "no drive": (BAR, ("--drive", "crank=hold"),
+                 "none of its joints is driven: give --drive JOINT=LAW for one of crank, coupler, rocker"),
     "no loop": (BAR.replace("<connect", "<!--").replace('site2="C" />', "-->"), DRIVE, "it has no closed loop"),
     "too many": (BAR, (*DRIVE, "--drive", "rocker=hold"),
                  "leaves 1; 1 of its 2 drives is too many: give 1 of crank, rocker"),

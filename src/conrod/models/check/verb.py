@@ -23,6 +23,7 @@ from conrod.cli.options import (
     tolerance_in,
 )
 from conrod.errors import InvalidInput, named_values
+from conrod.slices import SLICES
 from conrod.user_files.endings import FILES
 
 
@@ -86,6 +87,9 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
 
     models = all(name.lower().endswith(MODELS) or name in (*MACHINES, SPATIAL) for name in files)
     scene = asked.scene
+    if all(name.lower().endswith(MODELS) for name in files) and scene is None and not asked.drives and can_inspect():
+        inspect_models(files, asked)
+        return
     if models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)):
         check_machines("check", files, asked)
         return
@@ -258,6 +262,44 @@ def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -
             tolerance=tolerance_in(asked.tolerance, JUDGED_QUANTITIES),
         )
     files.print_and_write(found, "check", {PART: str(path)})
+    exit_with_verdict(found)
+
+
+# -- a model of which nothing is said ----------------------------------------------------------------------------------
+
+INSPECTED = ("--keyframe", "--ctrl", "--engine", "--out", "--html", "--json")
+
+
+def can_inspect() -> bool:
+    """True where this conrod has inspections."""
+    return any(one.folder == "models.inspection" for one in SLICES)
+
+
+def inspect_models(names: tuple[str, ...], asked: CheckOptions) -> None:
+    """Say what model files are: whether they load, close and move."""
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.execution.local import FILE_TIMEOUT
+    from conrod.models.inspection.api import inspect_model
+    from conrod.models.inspection.report import INSPECTION_REPORT
+    from conrod.user_files.files import check_readable, protected_model_files
+
+    refuse_others(asked, "a model without --scene", *INSPECTED)
+    parts, inputs = dict[str, str](), dict[str, Path]()
+    for name in names:
+        if Path(name).stem in parts:
+            raise InvalidInput(f"{name}: another has the same name in the report: inspect it by itself")
+        check_readable(Path(name))
+        inputs |= protected_model_files(Path(name))
+        parts[Path(name).stem] = name
+    files = check_outputs(INSPECTION_REPORT, parts, asked, inputs)
+    with ExitStack() as under_way:
+
+        def begin(name: str) -> None:
+            under_way.close()
+            under_way.enter_context(waiting(name, FILE_TIMEOUT))
+
+        found = inspect_model(names, keyframe=asked.keyframe, controls=controls_in(asked.controls), progress=begin)
+    files.print_and_write(found, "check", parts)
     exit_with_verdict(found)
 
 

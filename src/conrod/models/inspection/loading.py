@@ -1,0 +1,139 @@
+"""Does it load? A model with all that its motion needs, and what had to be left out."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from conrod.mjcf.equalities import equality_kind
+from conrod.mjcf.loading import check_finite, list_names, name_or_number
+from conrod.mjcf.missing_files import load_with_notes
+from conrod.models.inspection.results import InspectionRequest, Loading
+
+MAX_PART = 5.0  # [m]: longest part of a machine that is not asked about
+MAX_DENSITY = 23e3  # [kg/m^3]: nothing is denser than osmium, at 22 600
+URDF = ".urdf"
+
+
+def load_for_inspection(path: Path, question: InspectionRequest) -> tuple[mujoco.MjModel, Loading]:
+    """Load a model file, without what is not there and its motion does not need, and say what it holds.
+
+    Raises:
+        InvalidInput: the file cannot be used; says why.
+    """
+    model, left_out = load_with_notes(path, question.unit)
+    check_finite(model)
+    lost = tuple(lost_in_translation(path, model)) if path.suffix.lower() == URDF else ()
+    return model, replace(describe_model(model), left_out=left_out, remarks=(*lost, *unit_questions(model)))
+
+
+def describe_model(model: mujoco.MjModel) -> Loading:
+    """Count a model's parts, and measure it in its reference pose."""
+    return Loading(
+        model.nbody - 1,
+        model.njnt,
+        model.neq,
+        model.nu,
+        distance_across(model),
+        float(model.body_mass.sum()),
+    )
+
+
+def distance_across(model: mujoco.MjModel) -> float:
+    """Diagonal of the box about all movable bodies, their joints, geoms and sites in the reference pose [m]."""
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    moving = np.flatnonzero(model.body_dofnum[model.body_weldid])
+    on_moving = [np.isin(of, moving) for of in (model.geom_bodyid, model.site_bodyid, model.jnt_bodyid)]
+    places = [data.xpos[moving], data.xipos[moving], data.geom_xpos[on_moving[0]], data.site_xpos[on_moving[1]]]
+    every = np.concatenate([*places, data.xanchor[on_moving[2]]])
+    return float(np.linalg.norm(np.ptp(every, axis=0))) if len(every) else 0.0
+
+
+# -- units -------------------------------------------------------------------------------------------------------------
+
+
+def unit_questions(model: mujoco.MjModel) -> Iterator[str]:
+    """Ask about sizes and densities that no machine in metres and kilograms has."""
+    lengths = {body: length for body in range(1, model.nbody) if (length := _length_of(model, body)) > 0.0}
+    name = {body: mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body {body}" for body in lengths}
+    longest = max(lengths, key=lambda body: lengths[body], default=0)
+    gravity = float(np.linalg.norm(model.opt.gravity))
+    if longest and lengths[longest] > MAX_PART:
+        hint = f", as its gravity of {gravity:.4g} says" if 9e3 < gravity < 1.1e4 else ""
+        yield f"{name[longest]} is {lengths[longest]:.3g} m long: is the model in millimetres{hint}? --unit mm says so"
+        return  # masses of such a model say nothing yet
+    dense = {body: density for body in lengths if (density := _density_of(model, body)) > MAX_DENSITY}
+    if dense:
+        worst = max(dense, key=lambda body: dense[body])
+        yield (
+            f"{name[worst]} weighs {model.body_mass[worst]:.3g} kg, {dense[worst]:.2g} kg/m³ of its geoms, denser than "
+            "any metal: are its masses in kilograms?"
+        )
+
+
+def _length_of(model: mujoco.MjModel, body: int) -> float:
+    """Largest distance from a moved body's frame to a joint, site or child on it, or across a geom of it [m]."""
+    if not model.body_dofnum[model.body_weldid[body]]:
+        return 0.0
+    children = model.body_pos[(model.body_parentid == body) & (np.arange(model.nbody) != 0)]
+    sites = model.site_pos[model.site_bodyid == body]
+    geoms = 2.0 * model.geom_aabb[(model.geom_bodyid == body) & (model.geom_type != PLANE), 3:]
+    return max(
+        (float(np.linalg.norm(place, axis=1).max()) for place in (children, sites, geoms) if len(place)), default=0.0
+    )
+
+
+PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+
+
+def _density_of(model: mujoco.MjModel, body: int) -> float:
+    """Mass of a body over the volume of the boxes about its geoms [kg/m^3]; 0 without any."""
+    boxes = model.geom_aabb[(model.geom_bodyid == body) & (model.geom_type != PLANE), 3:]
+    volume = float(np.prod(2.0 * boxes, axis=1).sum()) if len(boxes) else 0.0
+    return float(model.body_mass[body]) / volume if volume > 0.0 else 0.0
+
+
+# -- URDF --------------------------------------------------------------------------------------------------------------
+
+# What MuJoCo reads of a URDF file is links, joints with limits of position and effort, damping and friction.
+LOST_ELEMENTS = {
+    "transmission": "no actuator is made of it",
+    "safety_controller": "its soft limits are no limits",
+    "gazebo": "what it says of friction, sensors and plugins is lost",
+}
+
+
+def lost_in_translation(path: Path, model: mujoco.MjModel) -> Iterator[str]:
+    """Say what MuJoCo does not take over from a URDF file (MuJoCo documentation, Modeling: URDF extensions)."""
+    coupled = {
+        name_or_number(model, "joint", int(model.eq_obj1id[k]))
+        for k in range(model.neq)
+        if equality_kind(model, k) == "joint"
+    }
+    try:
+        root = ET.parse(path).getroot()
+    except ET.ParseError:
+        return
+    joints = root.findall("joint")
+    yield "from URDF: no actuators, and no loops but of mimic joints; its root stands still without a floating joint"
+    for joint in joints:
+        # MuJoCo 4 makes an equality of it, older releases nothing.
+        if (mimic := joint.find("mimic")) is not None and joint.get("name") not in coupled:
+            offset, factor = mimic.get("offset", "0"), mimic.get("multiplier", "1")
+            name, leader = joint.get("name"), mimic.get("joint")
+            made = f'<joint joint1="{name}" joint2="{leader}" polycoef="{offset} {factor} 0 0 0"/>'
+            yield f"{name} does not follow {leader}: <equality>{made}</equality> in MJCF makes it"
+    fast = [
+        joint.get("name", "") for joint in joints for one in joint.findall("limit") if float(one.get("velocity") or 0)
+    ]
+    if fast:
+        yield f"velocity limits of {list_names(fast, 4)} are lost: MuJoCo has none; effort limits bound its actuators"
+    for tag, words in LOST_ELEMENTS.items():
+        if count := len(list(root.iter(tag))):
+            yield f"{count} <{tag}>: {words}"

@@ -1,0 +1,170 @@
+"""The report on an inspection: the answer in a line, six sections, and the command to type next."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
+from conrod.models.loops.report import in_mm
+from conrod.report.kind import Index, Kind
+from conrod.report.numbers import quantity
+from conrod.report.table import Table, table
+from conrod.report.terminal import PrintedPart, verdict_line
+
+MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
+MAX_ALARMS = 2  # of actuators in the first sentences
+MAX_NAMED = 4  # closures, poses or parts named in a sentence
+
+
+def finding(study: Inspection) -> str:
+    """Return the answer in a few sentences: whether it loads, closes and moves, and what is wrong with it."""
+    closing = study.closing
+    said = "It loads" + (" and closes." if closing.passed and closing.start.gaps else ".")
+    if not closing.passed:
+        start = closing.start
+        what = closing.remarks[-1] if closing.apart else f"{start.worst} is open by {in_mm(start.largest)}"
+        said = f"It loads but does not close: {what}{'' if closing.apart else f' in {start.pose}'}."
+    sentences = [said]
+    sentences += [f"{one[0].upper()}{one[1:]}." for one in study.moving.alarms[:MAX_ALARMS]]
+    if more := study.moving.alarms[MAX_ALARMS:]:
+        sentences.append(f"And {_counted(len(more), 'more alarm')} of its actuators.")
+    if not study.moving.passed and not study.moving.alarms:
+        sentences.append("Nothing of it can move.")
+    if study.errors:
+        sentences.append(f"Lint has {_counted(len(study.errors), 'error')}: {_listed(e.rule for e in study.errors)}.")
+    return " ".join(sentences)
+
+
+# -- the six sections --------------------------------------------------------------------------------------------------
+
+
+def sections(study: Inspection) -> Iterator[tuple[str, list[str]]]:
+    """Yield the question and the lines of each section."""
+    yield "1 does it load?", list(_loading_lines(study.loading))
+    yield "2 does it close?", list(_closing_lines(study.closing))
+    yield "3 what moves it?", list(study.moving.lines)
+    yield "6 what else?", list(_lint_lines(study))
+
+
+def _loading_lines(found: Loading) -> Iterator[str]:
+    parts = [
+        _counted(found.bodies, "body", "bodies"), _counted(found.joints, "joint"), _counted(found.closures, "closure"),
+        _counted(found.actuators, "actuator"),
+    ]  # fmt: skip
+    size = f"{quantity(found.across, 3)} m across, {quantity(found.mass, 3)} kg"
+    yield f"yes: {', '.join(parts)}; {size}"
+    if found.left_out:
+        yield f"left out, as no motion needs it: {_listed(found.left_out)}"
+    yield from found.remarks
+
+
+def _closing_lines(found: Closing) -> Iterator[str]:
+    if not found.start.gaps:
+        yield "it has no closed loop that acts" if found.remarks else "it has no closed loop"
+    for pose in found.poses if found.start.gaps else ():
+        named = found.is_named(pose)
+        if named or pose is found.start:
+            yield _pose_line(pose, named)
+    if len(found.poses) > 1 and not any(map(found.is_named, found.poses[1:])) and found.start.gaps:
+        yield f"closed in {_listed(pose.pose for pose in found.poses[1:])} too"
+    yield from _range_lines(found.start)
+    yield from found.remarks
+
+
+def _pose_line(pose: PoseOpening, named: bool) -> str:
+    gap = f"{pose.worst} is open by {in_mm(pose.largest)} in {pose.pose}"
+    more = f" ({_counted(len(pose.gaps) - 1, 'other closure')} by no more)" if len(pose.gaps) > 1 else ""
+    if not named:
+        return f"yes: {gap}{more}"
+    if not pose.closed:
+        return f"{gap}{more}: no pose near it closes it: look at lengths and places of the closures"
+    return f"{gap}{more}; the nearest closed pose is {_pose_text(pose.closed)}"
+
+
+def _pose_text(pose: str) -> str:
+    return f'qpos="{pose}"' if len(pose.split()) <= MAX_POSE_NUMBERS else "printed by `conrod lint`"
+
+
+def _range_lines(pose: PoseOpening) -> Iterator[str]:
+    if pose.outside:
+        inside = f": the nearest closed pose inside is {_pose_text(pose.inside)}" if pose.inside else ""
+        yield f"{pose.outside}{inside}; give --keyframe to start elsewhere"
+    if pose.singular:
+        yield f"{pose.pose} is singular (folded, or a change point): its loops allow more motion there than beside it"
+
+
+def _lint_lines(study: Inspection) -> Iterator[str]:
+    if not study.findings and not study.lint_notes:
+        yield "nothing"
+    for one in study.findings:
+        yield f"{one.severity.value} {one.rule}: {one.what}; {one.fix}"
+    yield from study.lint_notes
+
+
+# -- the command to type next ------------------------------------------------------------------------------------------
+
+
+def next_command(study: Inspection) -> str:
+    """Return the command to type next."""
+    return f"conrod lint {shlex.quote(study.file)}"
+
+
+# -- printing ----------------------------------------------------------------------------------------------------------
+
+
+def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
+    """Yield the answer on each model, its sections, and the next command."""
+    for study in studies:
+        yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
+        yield ""
+        for question, lines in sections(study):
+            yield f"{question:<18}{lines[0]}"
+            yield from (f"{'':<18}{line}" for line in lines[1:])
+        yield from ("", f"next: {next_command(study)}", "")
+
+
+def _counted(count: int, one: str, many: str = "") -> str:
+    """'1 joint', '3 joints', 'no joints'."""
+    return f"{count or 'no'} {one if count == 1 else many or f'{one}s'}"
+
+
+def _listed(names: Any) -> str:
+    every = list(names)
+    more = f" and {len(every) - MAX_NAMED} more" if len(every) > MAX_NAMED else ""
+    return ", ".join(every[:MAX_NAMED]) + more
+
+
+def _summary(study: Inspection) -> dict[str, Any]:
+    return {"passed": study.passed, "finding": finding(study), "next": next_command(study)}
+
+
+def index_table(index: Index[Inspection]) -> Table:
+    """Return a row for each model, with the answer."""
+    rows = [
+        (f"[{entry['title']}]({quote(entry['page'])})", entry["summary"]["finding"]) for entry in index.entries.values()
+    ]
+    return table(("model", "what was found"), rows)
+
+
+def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say in how many models something stands in the way."""
+    summaries = [entry["summary"] for entry in entries.values()]
+    failed = sum(one["passed"] is False for one in summaries)
+    return f"Something stands in the way in {failed} of {len(summaries)} models."
+
+
+INSPECTION_REPORT = Kind(
+    name="inspection",
+    findings=Inspection,
+    title=lambda study: study.name,
+    summary=_summary,
+    printed=results_to_print,
+    verdict=finding,
+    headline=headline,
+    results="inspection.json",
+    index_file="inspection.md",
+    suffix="-inspection",
+)

@@ -1,0 +1,168 @@
+"""Findings of an inspection of a model, as plain data that need no engine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from conrod.mjcf.loop_results import LoopStudy
+from conrod.mjcf.request import MAX_START_OPENING, MIN_NAMED_OPENING, Controls
+from conrod.models.inspection.actuator_results import ActuatorResult
+from conrod.models.lint.findings import Finding, Severity
+
+
+@dataclass(frozen=True)
+class InspectionRequest:
+    """A user's request for an inspection.
+
+    Attributes:
+        keyframe: keyframe to start from; None for the first, or the reference pose without any.
+        drives: law of each driven joint, as text; empty to choose a drive.
+        controls: inputs of actuators in place of the keyframe's.
+        unit: unit of the model's lengths [m].
+    """
+
+    keyframe: str | None = None
+    drives: Mapping[str, str] = field(default_factory=dict)
+    controls: Controls = ()
+    unit: float = 1.0
+
+
+@dataclass(frozen=True)
+class Loading:
+    """The model as MuJoCo loads it.
+
+    Attributes:
+        bodies, joints, closures, actuators: how many there are; the world is no body.
+        across: largest distance between two parts in the reference pose [m].
+        mass: mass of all bodies [kg].
+        left_out: files and parts that are not there and that no motion needs, in words.
+        remarks: what is lost in translation, or looks wrong, in words.
+    """
+
+    bodies: int
+    joints: int
+    closures: int
+    actuators: int
+    across: float
+    mass: float
+    left_out: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PoseOpening:
+    """How far the closures are open in a pose.
+
+    Attributes:
+        pose: the pose in words, such as 'its own pose' or 'keyframe home'.
+        gaps: opening of each closure that acts, by name [m]; an angle times the machine's extent.
+        closed: the nearest closed pose as `qpos` of MJCF; empty where all are closed, or no pose near it closes them.
+        outside: joints that are outside their ranges there, in words; empty if none is.
+        inside: the nearest closed pose with joints in their ranges, as `qpos`; empty where none was found.
+        singular: whether its closures allow more motion there than beside it: folded, or at a change point.
+    """
+
+    pose: str
+    gaps: Mapping[str, float]
+    closed: str = ""
+    outside: str = ""
+    inside: str = ""
+    singular: bool = False
+
+    @property
+    def worst(self) -> str:
+        """Name of the closure with the largest opening; empty without closures."""
+        return max(self.gaps, key=lambda name: self.gaps[name], default="")
+
+    @property
+    def largest(self) -> float:
+        """Largest opening [m]."""
+        return max(self.gaps.values(), default=0.0)
+
+
+@dataclass(frozen=True)
+class Closing:
+    """Whether a model's loops close.
+
+    Attributes:
+        extent: size of the machine [m].
+        poses: the pose that its own run starts from, then the reference pose and all keyframes.
+        remarks: closures that are inactive, are handles, or hold parts that do not meet, in words.
+        apart: whether a closure holds parts that do not meet.
+    """
+
+    extent: float
+    poses: tuple[PoseOpening, ...]
+    remarks: tuple[str, ...] = ()
+    apart: bool = False
+
+    @property
+    def start(self) -> PoseOpening:
+        """The pose that the file's own run starts from."""
+        return self.poses[0]
+
+    def is_named(self, pose: PoseOpening) -> bool:
+        """True if a pose's opening is more than rounding of a file's numbers."""
+        return pose.largest > MIN_NAMED_OPENING * self.extent
+
+    @property
+    def passed(self) -> bool:
+        """True if its own run starts closed, within a thousandth of the machine, and its parts meet."""
+        return self.start.largest <= MAX_START_OPENING * self.extent and not self.apart
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What moves a model.
+
+    Attributes:
+        lines: degrees of freedom and what its actuators did, in words.
+        alarms: what is wrong with actuators, each with its name.
+        passed: whether something can move, and no run of an actuator broke off.
+        actuators: results of its actuators.
+    """
+
+    lines: tuple[str, ...]
+    alarms: tuple[str, ...]
+    passed: bool
+    actuators: tuple[ActuatorResult, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What was found of a model, in the order in which a user can act.
+
+    Attributes:
+        name, engine_version: name of the model in the report, version of MuJoCo.
+        moving: degrees of freedom and actuators.
+        drives: laws that `motion` was judged with.
+        motion: its loops, judged by its exact motion; None where it has no loop or no drive.
+        not_judged: why `motion` is None; empty where it is not.
+        findings: what lint finds, worst first.
+        lint_notes: what lint says of its own judging, or why it found nothing.
+    """
+
+    file: str
+    name: str
+    engine_version: str
+    question: InspectionRequest
+    loading: Loading
+    closing: Closing
+    moving: Moving
+    drives: Mapping[str, str] = field(default_factory=dict)
+    motion: LoopStudy | None = None
+    not_judged: str = ""
+    findings: tuple[Finding, ...] = ()
+    lint_notes: tuple[str, ...] = ()
+
+    @property
+    def errors(self) -> tuple[Finding, ...]:
+        """What lint finds that makes the motion wrong."""
+        return tuple(one for one in self.findings if one.severity is Severity.ERROR)
+
+    @property
+    def passed(self) -> bool:
+        """True if nothing stands in the way: it closes, can move, and lint has no error."""
+        ran = self.motion is None or not self.motion.shipped.failed
+        return self.closing.passed and self.moving.passed and ran and not self.errors

@@ -1,0 +1,49 @@
+"""The inspection of a model file, in the order in which a user can act."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+
+from conrod.errors import InvalidInput
+from conrod.mjcf.loading import data_at_start
+from conrod.mjcf.runs import user_model_errors
+from conrod.models.inspection.closing import examine_closing
+from conrod.models.inspection.loading import load_for_inspection
+from conrod.models.inspection.moving_study import study_moving
+from conrod.models.inspection.results import Inspection, InspectionRequest, Moving
+from conrod.models.lint.bench import Document
+from conrod.models.lint.findings import Finding
+from conrod.models.lint.linting import judge_rules, prepare_bench
+
+SILENT_RESET = "silent-reset"  # a rule of lint: of nearly every file, and of no consequence while nothing diverges
+
+
+def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
+    """Inspect a model file; call it in a separate process (`conrod.execution.local`).
+
+    Raises:
+        InvalidInput: the model cannot be used, or lacks what the request names.
+    """
+    model, loading = load_for_inspection(path, question)
+    with user_model_errors(path):
+        data, _ = data_at_start(model, question.keyframe, question.controls)
+        closing = examine_closing(model, question.keyframe)
+        moving = study_moving(model, data)
+        moved = Moving(moving.lines, moving.alarms, moving.passed, moving.actuators)
+        found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moved)
+    findings, notes = lint_findings(path, question)
+    return replace(found, findings=findings, lint_notes=notes)
+
+
+def lint_findings(path: Path, question: InspectionRequest) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
+    """What lint finds in a model, and notes on how it was judged."""
+    try:
+        bench, _ = prepare_bench(Document(path), question.keyframe, None, question.controls)
+        findings, notes, _ = judge_rules(bench, ())
+    except InvalidInput as error:
+        return (), (f"lint does not take it: {str(error).removeprefix(f'{path}: ')}",)
+    resets = any(one.rule == SILENT_RESET and one.severity.value == "error" for one in findings)
+    return tuple(one for one in findings if resets or one.rule != SILENT_RESET), notes
