@@ -60,6 +60,7 @@ ALONE = {
         "models.invariances",
         "models.lint",
         "models.loops",
+        "models.upgrades.release_calls",
         "user_files.in_memory",
     ),
     "pymunk": ("engines.pymunk",),

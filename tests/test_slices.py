@@ -25,6 +25,7 @@ ON_DEMAND = {
     ("models.check", "verification"), ("studies.validation", "models.check"),
     ("models.check", "studies.detection"), ("guide.explain", "models.lint"),
     ("models.check", "models.inspection"),
+    ("studies.versions", "models.upgrades"),
 }  # fmt: skip
 ASSEMBLED = "verification"  # puts findings of others together, and stands above them
 

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from conrod.models.printed.api import audit as audit
     from conrod.models.tables.api import check_table as check_table
     from conrod.models.torque_runs.api import check_torque_run as check_torque_run
+    from conrod.models.upgrades.api import compare_releases as compare_releases
     from conrod.report.findings import Findings as Findings
     from conrod.scenes import SCENES as SCENES
     from conrod.scenes import CamFollower as CamFollower

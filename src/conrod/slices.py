@@ -115,6 +115,11 @@ SLICES = (
         reports={"versions": "report.VERSIONS_REPORT"},
     ),
     Slice(
+        "models.upgrades",
+        functions={"compare_releases": "api"},
+        reports={"upgrades": "report.UPGRADES_REPORT"},
+    ),
+    Slice(
         "models.printed",
         verbs={"audit": "Check published figures of a textbook: a verdict for each."},
         functions={"audit": "api"},

@@ -44,7 +44,10 @@ class ChangelogEntry:
 
     def can_affect(self, machine: Machine, settings: Settings) -> bool:
         """Return True if the entry can matter to a run of a machine with these settings."""
-        contact, given = bool(machine.kinematics.mechanism.cam_contacts), settings.as_dict()
+        return self.concerns(bool(machine.kinematics.mechanism.cam_contacts), settings.as_dict())
+
+    def concerns(self, contact: bool, given: Mapping[str, Any]) -> bool:
+        """Return True if the entry can matter to a run with these settings by name, with contacts or without."""
         fields = all(
             not set(values).isdisjoint(one if isinstance(one := given.get(name), list) else [one])
             for name, values in self.settings.items()

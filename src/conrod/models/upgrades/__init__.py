@@ -1,0 +1,1 @@
+"""What an upgrade of MuJoCo changes in a user's own model."""
