@@ -26,7 +26,12 @@ def imports(path: Path, type_checking: bool = False) -> set[str]:
 
     def visit(node: ast.AST) -> None:
         if not type_checking and isinstance(node, ast.If) and ast.unparse(node.test).endswith("TYPE_CHECKING"):
+            for child in node.orelse:
+                visit(child)
             return
+        if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("DeferredLibrary("):
+            # A library that is imported when it is first used.
+            found.update(ast.literal_eval(argument) for argument in node.value.args)  # type: ignore[attr-defined]
         if isinstance(node, ast.Import):
             found.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

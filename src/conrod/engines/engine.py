@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from typing import Any, ClassVar, Generic, Protocol, Self, TypeVar
 
 import numpy as np
@@ -19,6 +20,16 @@ from conrod.comparison.trajectory import Piece, Settings
 from conrod.exact.kinematics import Kinematics
 from conrod.mechanism.cam_law import LawProfile
 from conrod.mechanism.units import Parameter, check_count, check_number
+
+
+class DeferredLibrary:
+    """An engine's library, imported when a name of it is first used: who reads finished runs needs none."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(import_module(self._module), name)
 
 
 class Machine(Protocol):

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
@@ -145,7 +144,7 @@ def _fit_change_point(equations: Equations, known: ChangePoint, middle: float, w
     poses = equations.newton(guess, middle + width * beside)
     if equations.pose_distance(poses, guess).max() > MAX_LAST_TERM:
         return None
-    fitted = chebyshev.chebfit(beside, poses, len(beside) - 1)
+    fitted = np.polynomial.chebyshev.chebfit(beside, poses, len(beside) - 1)
     jacobians = _scaled_jacobians(equations, poses)
     at = 0.0
     for _ in range(ANGLE_CORRECTIONS):
@@ -154,19 +153,22 @@ def _fit_change_point(equations: Equations, known: ChangePoint, middle: float, w
         if not nullity:
             return None
         held = np.einsum("ik,tij,lj->tkl", left[:, -nullity:], jacobians, right[-nullity:])
-        entries = chebyshev.chebfit(beside, held.reshape(len(beside), -1), len(beside) - 1)
-        value, derivative = _chebyshev_value(entries, at), _chebyshev_value(chebyshev.chebder(entries), at)
+        entries = np.polynomial.chebyshev.chebfit(beside, held.reshape(len(beside), -1), len(beside) - 1)
+        value, derivative = (
+            _chebyshev_value(entries, at),
+            _chebyshev_value(np.polynomial.chebyshev.chebder(entries), at),
+        )
         at -= float(value @ derivative / (derivative @ derivative))
         if abs(at) > FIT_INNER:
             return None
-    rise = _chebyshev_value(chebyshev.chebder(fitted), at) / width
+    rise = _chebyshev_value(np.polynomial.chebyshev.chebder(fitted), at) / width
     coefficients = _series_at(equations, middle + width * at, _chebyshev_value(fitted, at), rise)
     return None if coefficients is None else ChangePoint(middle + width * at, coefficients, MAX_WINDOW, nullity)
 
 
 def _chebyshev_value(fitted: NDArray[np.floating[Any]], at: float) -> Array:
     """Value of a Chebyshev series at a place in [-1, 1]."""
-    return np.asarray(chebyshev.chebval(at, fitted))
+    return np.asarray(np.polynomial.chebyshev.chebval(at, fitted))
 
 
 def _scaled_jacobians(equations: Equations, poses: Array) -> Array:

@@ -7,16 +7,25 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from importlib.metadata import version
+from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
-from mujoco import rollout
 from numpy.typing import NDArray
 
+from conrod.engines.engine import DeferredLibrary
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.exact.motion import Array
 
-RELEASE = tuple(map(int, re.findall(r"\d+", mujoco.__version__)))
+if TYPE_CHECKING:
+    import mujoco
+    from mujoco import rollout
+else:
+    mujoco = DeferredLibrary("mujoco")
+    rollout = DeferredLibrary("mujoco.rollout")
+
+MUJOCO_VERSION = version("mujoco")
+RELEASE = tuple(map(int, re.findall(r"\d+", MUJOCO_VERSION)))
 # First releases with the flag `autoreset`, with equalities between sites, and with rollouts of several MjData.
 # (3.2.3 and 3.2.4, which had site equalities first, have errors in their connects: on 3.2.3 six-bar ends by a signal.)
 AUTORESET_FLAG, SITE_EQUALITIES, ROLLOUT_DATA_LISTS = (3, 2, 1), (3, 2, 5), (3, 2, 7)

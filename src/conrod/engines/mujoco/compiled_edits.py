@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-import mujoco
-
+from conrod.engines.engine import DeferredLibrary
 from conrod.engines.mujoco import HARDENING_FACTOR, compat
 from conrod.exact.motion import Array
+
+if TYPE_CHECKING:
+    import mujoco
+else:
+    mujoco = DeferredLibrary("mujoco")
 
 # What MuJoCo's compiler estimates at the reference pose from the inverse of the mass matrix.
 INVERSE_WEIGHTS = ("body_invweight0", "dof_invweight0", "tendon_invweight0")

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
-from typing import Protocol
+from functools import cache, partial
+from typing import TYPE_CHECKING, Protocol
 
-import mujoco
 import numpy as np
 
 from conrod.comparison.outcome import RunVerdict
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
-from conrod.engines.engine import PIECE_STEPS, Machine
+from conrod.engines.engine import PIECE_STEPS, DeferredLibrary, Machine
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build
 from conrod.engines.run import RecordedPiece, record_pieces
 from conrod.exact.motion import Array
+
+if TYPE_CHECKING:
+    import mujoco
+else:
+    mujoco = DeferredLibrary("mujoco")
 
 # Warnings at which MuJoCo resets the state, unless `autoreset` is off.
 BAD_NUMBER_WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
@@ -51,22 +55,24 @@ def detect_engine_stop(
     return RunVerdict(Outcome.DIVERGED, f"the engine warned of bad numbers and stopped at step {first + at}")
 
 
-FULL_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
-WARNING_KINDS = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
-del WARNING_KINDS["mjNWARNING"]
-BAD_NUMBER_KINDS = {name: WARNING_KINDS[name] for name in BAD_NUMBER_WARNINGS}
+@cache
+def warning_kinds() -> dict[str, int]:
+    """Numbers of the engine's warnings in MjData, by name."""
+    kinds = {name.removeprefix("mjWARN_"): int(kind) for name, kind in mujoco.mjtWarning.__members__.items()}
+    del kinds["mjNWARNING"]
+    return kinds
 
 
 def warning_counts(data: mujoco.MjData) -> dict[str, int]:
     """Number of the engine's warnings since the start, by name; only warnings that occurred."""
-    counted = {name: int(data.warning[kind].number) for name, kind in WARNING_KINDS.items()}
+    counted = {name: int(data.warning[kind].number) for name, kind in warning_kinds().items()}
     return {name: number for name, number in counted.items() if number}
 
 
 def bad_number_warnings(data: mujoco.MjData) -> list[str]:
     """Names of the warnings that have occurred after which a run's numbers are meaningless."""
-    warnings = data.warning
-    return [name for name, kind in BAD_NUMBER_KINDS.items() if warnings[kind].number]
+    warnings, kinds = data.warning, warning_kinds()
+    return [name for name in BAD_NUMBER_WARNINGS if warnings[kinds[name]].number]
 
 
 class SampleSource(Protocol):
@@ -94,8 +100,9 @@ class MuJoCoRecorder:
         self._made, self._begin, self._rounded = made, begin, rounded
         self._model, self._data = made.model, mujoco.MjData(made.model)
         self._data.qpos[:], self._data.qvel[:] = coordinates, rates
-        self._state = np.empty(mujoco.mj_stateSize(self._model, FULL_STATE))  # from which the next step starts
-        mujoco.mj_getState(self._model, self._data, self._state, FULL_STATE)
+        full = mujoco.mjtState.mjSTATE_FULLPHYSICS  # time, coordinates, rates
+        self._state = np.empty(mujoco.mj_stateSize(self._model, full))  # from which the next step starts
+        mujoco.mj_getState(self._model, self._data, self._state, full)
 
     @property
     def warnings(self) -> Mapping[str, int]:

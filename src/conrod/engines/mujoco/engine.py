@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from conrod.engines.cam_polygon import contact_refusal
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, DescribedMachine, Engine, Machine, Preset, run_extent, with_fields
+from conrod.engines.engine import (
+    STOCK,
+    DeferredLibrary,
+    DescribedMachine,
+    Engine,
+    Machine,
+    Preset,
+    run_extent,
+    with_fields,
+)
 from conrod.engines.mujoco import (
     MUJOCO_PRESETS,
     STOCK_TOLERANCE,
@@ -35,6 +43,11 @@ from conrod.engines.spanning_tree import machine_tree, tree_refusal
 from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
+
+if TYPE_CHECKING:
+    import mujoco
+else:
+    mujoco = DeferredLibrary("mujoco")
 
 # -- kinematic mode: its own constraints as a solver at prescribed crank angles ----------------------------------------
 
@@ -145,7 +158,7 @@ class MuJoCo(Engine[MuJoCoSettings]):
     """MuJoCo through MJCF, with all capabilities."""
 
     name = "mujoco"
-    version = str(mujoco.__version__)
+    version = compat.MUJOCO_VERSION
     presets = (
         MUJOCO_PRESETS
         if compat.CLOSURES_ARE_BOUNDED

@@ -16,14 +16,14 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
 from conrod.comparison.outcome import judge_outcome
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
 from conrod.engines.capabilities import ExpectedForces
-from conrod.engines.engine import Machine
+from conrod.engines.engine import DeferredLibrary, Machine
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.dynamics import simulate
 from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, has_error_law, predicted_gaps, states_with_gaps
@@ -36,9 +36,13 @@ from conrod.exact.motion import Array
 from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Point, Prismatic, Revolute, to_world
 
+if TYPE_CHECKING:
+    import mujoco
+else:
+    mujoco = DeferredLibrary("mujoco")
+
 Reader = Callable[[Array], Array]  # poses (3 n,) of the state that was solved -> components (2,)
 
-EQUALITY_CONSTRAINT = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 # MuJoCo's Newton solver stops when its next correction of the accelerations is shorter than 1e-15 in SI units
 # (mjMINVAL), whatever their size. With a run's flywheel and slow links the second correction is; the residual of the
 # first, in closures with a regularisation of 1e-13 of their inertia, makes 7e-3 of the drive torque (saw, 40 rpm). With
@@ -228,9 +232,10 @@ class _ForceReader:
     def _closure_reader(self, joint: Revolute) -> Reader:
         """Return the reader of a pin that closes a loop."""
         data, equality = self._data, int(self._model.equality(joint.name).id)
+        kind = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
 
         def read_closure(_: Array) -> Array:
-            row = int(np.argmax((data.efc_id == equality) & (data.efc_type == EQUALITY_CONSTRAINT)))
+            row = int(np.argmax((data.efc_id == equality) & (data.efc_type == kind)))
             # A connect holds the first body against the second one with this force on the first.
             return np.asarray(-data.efc_force[row : row + 2])
 

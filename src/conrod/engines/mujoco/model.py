@@ -19,11 +19,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import mujoco
 import numpy as np
 
-from conrod.engines.engine import Machine
+from conrod.engines.engine import DeferredLibrary, Machine
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.compiled_edits import harden
 from conrod.engines.mujoco.loads import callback_loads, coordinate_offset, does_no_work, joint_name
@@ -31,6 +31,11 @@ from conrod.engines.mujoco.mjcf import mjcf_text
 from conrod.engines.spanning_tree import SpanningTree, machine_tree
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
+
+if TYPE_CHECKING:
+    import mujoco
+else:
+    mujoco = DeferredLibrary("mujoco")
 
 
 def compile_mjcf(text: str) -> mujoco.MjModel:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pymunk
 
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, DescribedMachine, Engine, Machine, run_extent
+from conrod.engines.engine import STOCK, DeferredLibrary, DescribedMachine, Engine, Machine, run_extent
 from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
 from conrod.engines.pymunk import (
     PYMUNK_PRESETS,
@@ -30,6 +30,11 @@ from conrod.engines.pymunk.stepping import advance_unrecorded, read_states
 from conrod.engines.releases import Releases, read_releases
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pin_points
+
+if TYPE_CHECKING:
+    import pymunk
+else:
+    pymunk = DeferredLibrary("pymunk")
 
 # -- kinematic mode: its own joints as a solver of positions and rates at prescribed crank angles ----------------------
 

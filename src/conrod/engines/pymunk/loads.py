@@ -15,15 +15,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
-import pymunk
 
+from conrod.engines.engine import DeferredLibrary
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.space import PymunkSpace
 from conrod.mechanism.loads import Coordinate, Displacement, Distance, Turn
 from conrod.mechanism.mechanism import GROUND, Point
+
+if TYPE_CHECKING:
+    import pymunk
+else:
+    pymunk = DeferredLibrary("pymunk")
 
 State = list[float]  # three numbers for each body: for its centre of gravity, and its angle
 

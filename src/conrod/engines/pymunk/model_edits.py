@@ -7,23 +7,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Any, TypeAlias
 
-import pymunk
-
+from conrod.engines.engine import DeferredLibrary
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.space import PymunkSpace
 from conrod.mechanism.mechanism import Body, Mechanism, Point, pin_points
 
+if TYPE_CHECKING:
+    import pymunk
+else:
+    pymunk = DeferredLibrary("pymunk")
+
 SHAPE_WIDTH = 0.05  # half of a link's shape, over the largest coordinate of a body in the start pose
 
-# What a constraint is made of, beside its two bodies.
-CONSTRAINT_PARTS: Mapping[type[Any], tuple[str, ...]] = {
-    pymunk.PivotJoint: ("anchor_a", "anchor_b"),
-    pymunk.PinJoint: ("anchor_a", "anchor_b"),
-    pymunk.GrooveJoint: ("groove_a", "groove_b", "anchor_b"),
-    pymunk.GearJoint: ("phase", "ratio"),
-}
+
+@cache
+def constraint_fields() -> Mapping[type[Any], tuple[str, ...]]:
+    """Names of the fields that make each kind of constraint, beside its two bodies."""
+    return {
+        pymunk.PivotJoint: ("anchor_a", "anchor_b"),
+        pymunk.PinJoint: ("anchor_a", "anchor_b"),
+        pymunk.GrooveJoint: ("groove_a", "groove_b", "anchor_b"),
+        pymunk.GearJoint: ("phase", "ratio"),
+    }
 
 
 def open_loop(made: PymunkSpace) -> None:
@@ -44,7 +52,7 @@ def duplicate_joints(made: PymunkSpace) -> None:
     """Add a second joint to every one."""
     for constraint, name in list(made.names.items()):
         kind: type[Any] = type(constraint)
-        parts = (getattr(constraint, part) for part in CONSTRAINT_PARTS[kind])
+        parts = (getattr(constraint, part) for part in constraint_fields()[kind])
         again = kind(constraint.a, constraint.b, *parts)
         if isinstance(constraint, pymunk.PinJoint):
             again.distance = constraint.distance

@@ -6,13 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from itertools import pairwise
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
-import pymunk
 
 from conrod.engines.cam_polygon import CamPolygon, cam_polygon, contact_refusal
-from conrod.engines.engine import Machine
+from conrod.engines.engine import DeferredLibrary, Machine
 from conrod.engines.numerics import centre_state
 from conrod.engines.pymunk import CONTACT_EDITS, DISTANCE_RODS, LIGHT_RODS, LOOP_EDITS, PymunkSettings
 from conrod.engines.pymunk.distance_rods import (
@@ -29,8 +28,14 @@ from conrod.exact.motion import Array
 from conrod.mechanism.cam_law import Profile
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Mechanism, Point, Prismatic, Rack, Revolute, Rolling
 
+if TYPE_CHECKING:
+    import pymunk
+
+    ConstantForces = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies, and the constant force [N] on each
+else:
+    pymunk = DeferredLibrary("pymunk")
+
 PYMUNK_VERSION = version("pymunk")  # what 7.0.0 says of itself is 2.0.0
-ConstantForces = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies, and the constant force [N] on each
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 import re
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pymunk
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from conrod.engines.engine import DescribedMachine, default_steps, run_extent
+from conrod.engines.engine import DeferredLibrary, DescribedMachine, default_steps, run_extent
 from conrod.engines.pymunk import PymunkSettings
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.pymunk.python_text import (
@@ -34,6 +33,11 @@ from conrod.engines.pymunk.standalone_loads import load_calls
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Point
+
+if TYPE_CHECKING:
+    import pymunk
+else:
+    pymunk = DeferredLibrary("pymunk")
 
 EDITED_REASON = "a module has links and joints as the machine has them, and no edits"
 ENTRY = 8  # indent of an entry in the module's dictionaries [characters]

@@ -8,13 +8,20 @@ bits. No other module goes past pymunk's public interface.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pymunk
-from pymunk._chipmunk_cffi import ffi, lib
 
+from conrod.engines.engine import DeferredLibrary
 from conrod.engines.pymunk.space import PymunkSpace
 from conrod.exact.motion import Array, cache_blocks
+
+if TYPE_CHECKING:
+    import pymunk
+    from pymunk import _chipmunk_cffi as chipmunk
+else:
+    pymunk = DeferredLibrary("pymunk")
+    chipmunk = DeferredLibrary("pymunk._chipmunk_cffi")
 
 # In a cpBody position, velocity, force, angle and angular velocity follow two function pointers, four numbers of mass
 # and the centre of gravity (chipmunk_structs.h).
@@ -90,7 +97,7 @@ def advance_unrecorded(
     public = len(turns) if loading else _public_steps(made)
     for _ in _step_publicly(made, timestep, turns[:public], loading):
         pass
-    set_angle, set_force, take_step = lib.cpBodySetAngle, lib.cpBodySetForce, lib.cpSpaceStep
+    set_angle, set_force, take_step = chipmunk.lib.cpBodySetAngle, chipmunk.lib.cpBodySetForce, chipmunk.lib.cpSpaceStep
     own, driven, forces = (
         made.space._space,
         made.crank._body,
@@ -129,7 +136,7 @@ def _copy_memory(made: PymunkSpace, timestep: float, turns: list[float], memory:
     crank = memory_of(made.crank) if made.driven else memoryview(bytearray(8 * STATE_NUMBERS))
     angle, space = crank.cast("d")[ANGLE_COLUMN : ANGLE_COLUMN + 1], made.space._space
     pushed = [(body._body, force) for body, force in made.constant_forces]
-    set_force, take_step, join = lib.cpBodySetForce, lib.cpSpaceStep, b"".join
+    set_force, take_step, join = chipmunk.lib.cpBodySetForce, chipmunk.lib.cpSpaceStep, b"".join
     copies = bytearray()
     for turn in turns:
         # A step recomputes all that depends on the angle as soon as it has moved the bodies, its first action.
@@ -158,7 +165,7 @@ def _read_into(bodies: tuple[pymunk.Body, ...], centres: Array, rates: Array) ->
 
 def memory_of(body: pymunk.Body) -> memoryview:
     """The numbers of a body that steps change, in Chipmunk's own memory; valid as long as the body is."""
-    return memoryview(ffi.buffer(ffi.cast("char *", body._body) + STATE_OFFSET, 8 * STATE_NUMBERS))
+    return memoryview(chipmunk.ffi.buffer(chipmunk.ffi.cast("char *", body._body) + STATE_OFFSET, 8 * STATE_NUMBERS))
 
 
 def memory_is_known() -> bool:
