@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 import tempfile
-import time
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from benchmarks.process_cost import Cost, cost_of_process
 from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
@@ -29,11 +29,14 @@ def rows(repeats: int) -> list[Row]:
     with tempfile.TemporaryDirectory(dir=Path(__file__).parent) as folder:
         path = Path(folder) / "ledger.sqlite"
         kept = times_to_keep(path)
-        resumed = [time_to_resume(path, some_cells(RUNS)) for _ in range(repeats)]
+        resumed = [cost_of_resume(path, RUNS) for _ in range(repeats)]
+        reading = cost_of_resume(path, RUNS, read=True)
     return [
         Row("ledger, a run kept", "ms", [1e3 * seconds / BATCH for seconds in kept], 0.5),
-        Row("ledger, start of a resume over 100 000 finished runs", "s", [wall for wall, _ in resumed]),
-        Row("ledger, CPU time of that", "s", [cpu for _, cpu in resumed], 1.0),
+        Row("ledger, a resume over 100 000 finished runs, CPU time of its process", "s", [r.cpu for r in resumed], 2.0),
+        Row("ledger, memory of that", "MB", [r.megabytes for r in resumed], 300.0),
+        Row("ledger, the same with each result read once, CPU time", "s", [reading.cpu]),
+        Row("ledger, memory of that reading", "MB", [reading.megabytes]),
     ]
 
 
@@ -56,15 +59,12 @@ def _keep(ledger: Ledger, cells: Sequence[RunCase], shown: RunResult) -> None:
         ledger.keep(cell, shown)
 
 
-class Known(Exception):
-    """It is known which runs are left: what follows is the runs, and what they showed."""
-
-
-class _Stopwatch(Watcher):
-    """A watcher that ends a resume when it has started."""
+class _Strict(Watcher):
+    """A watcher that ends a resume in which anything is left to run."""
 
     def on_start(self, total: int, already_finished: int) -> None:
-        raise Known if total == already_finished else AssertionError(f"{total - already_finished} runs were lost")
+        if total > already_finished:
+            raise AssertionError(f"{total - already_finished} runs were lost")
 
     def on_unreadable(self, count: int) -> None:
         raise AssertionError(f"{count} runs were damaged")
@@ -73,9 +73,21 @@ class _Stopwatch(Watcher):
         raise AssertionError("a finished run was run again")
 
 
-def time_to_resume(path: Path, cells: Sequence[RunCase]) -> tuple[float, float]:
-    """Wall and CPU time [s] from the opening of a ledger to when it is known that all cells are finished."""
-    before, cpu_before = time.perf_counter(), time.process_time()
-    with Ledger.open(path) as ledger, LocalProcesses(1) as executor, suppress(Known):
-        run_cases(cells, ledger, executor, watcher=_Stopwatch())
-    return time.perf_counter() - before, time.process_time() - cpu_before
+def resume(path: Path, cells: Sequence[RunCase], *, read: bool = False) -> int:
+    """Resume a finished study to its end; return the number of its results.
+
+    Args:
+        read: whether each result is read once, as a study of all of them does.
+    """
+    with Ledger.open(path) as ledger, LocalProcesses(1) as executor:
+        results = run_cases(cells, ledger, executor, watcher=_Strict())
+        return sum(1 for key in results if not read or results[key].completed)
+
+
+def cost_of_resume(path: Path, count: int, *, read: bool = False) -> Cost:
+    """CPU time and memory of a process that resumes a study of some cells, from its start to its end."""
+    code = (
+        "from pathlib import Path; from benchmarks.ledger_cost import resume, some_cells; "
+        f"assert resume(Path({str(path)!r}), some_cells({count}), read={read}) == {count}"
+    )
+    return cost_of_process([sys.executable, "-c", code])

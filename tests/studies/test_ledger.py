@@ -21,7 +21,7 @@ from cell_tasks import InProcessExecutor, cells, substitute_task
 from command_line import conrod
 
 from conrod import InvalidInput
-from conrod.execution import ledger_file, writing
+from conrod.execution import dispatch, kept_results, ledger_file, writing
 from conrod.execution.case import CaseResult
 from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger, default_ledger_path
@@ -206,6 +206,29 @@ def resumed(path: Path) -> list[str]:
         assert run_cases(substitute_task(FEW, recalled), ledger, seen) == RESULTS
         ledger.timings(KEYS, TIMING.machine)
     return [case.key for case in seen.cases]
+
+
+def test_very_many_results_are_read_when_they_are_asked_for(
+    whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, damaged, reads = tmp_path / "ledger.sqlite", FEW[-1].key, list[int]()
+    shutil.copy(whole, path)
+    with closing(sqlite3.connect(path)) as other, other:
+        other.execute("UPDATE runs SET result = x'00' WHERE key = ?", (damaged,))
+    for module in (dispatch, kept_results):
+        monkeypatch.setattr(module, "RESULTS_AT_ONCE", 2)
+    read = Ledger.results
+    monkeypatch.setattr(Ledger, "results", lambda ledger, some: reads.append(len(some)) or read(ledger, some))
+    with Ledger.open(path) as ledger, InProcessExecutor() as seen:
+        found = run_cases(substitute_task(FEW, recalled), ledger, seen)
+        assert (reads, len(found)) == ([], len(FEW))
+        assert [found[cell.key] for cell in FEW[:2]] == [RESULTS[cell.key] for cell in FEW[:2]]
+        assert reads == [2]
+        # Negative control: the row that cannot be read is found when it is asked for, and made again.
+        assert seen.cases == []
+        assert found == RESULTS
+        assert [case.key for case in seen.cases] == [damaged]
+    assert resumed(path) == []
 
 
 def overwrite_value(path: Path, chance: random.Random) -> tuple[str, str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
@@ -160,6 +160,25 @@ class Case(ABC):
 
 Found = TypeVar("Found")
 Results = Mapping[str, Any]  # by the key of the case, each of its own class
+
+
+class ResultsOfRounds(Mapping[str, Any]):
+    """Results of cases by key, each looked up in the results of the round that made them."""
+
+    def __init__(self, rounds: Mapping[str, Results]) -> None:
+        """Take the results that have each key, by that key."""
+        self._rounds = rounds
+
+    def __getitem__(self, key: str) -> Any:
+        return self._rounds[key][key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rounds)
+
+    def __len__(self) -> int:
+        return len(self._rounds)
+
+
 # Yields the cases that it needs next, is sent the results of all of them, returns its findings.
 Study = Generator[Sequence[Case], Results, Found]
 
@@ -189,5 +208,5 @@ def pursue(studies: Sequence[Study[Found]], run: Callable[[list[Any]], Results])
         asked = dict(waiting)
         results = run(list({case.key: case for cases in asked.values() for case in cases}.values()))
         for k, cases in asked.items():
-            advance(k, {case.key: results[case.key] for case in cases})
+            advance(k, ResultsOfRounds({case.key: results for case in cases}))
     return [found[k] for k in range(len(studies))]

@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 from conrod.engines import engine_named
 from conrod.engines.plugin_values import EngineFault
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, CaseResult
+from conrod.execution.case import Case, CaseResult, Results
+from conrod.execution.kept_results import RESULTS_AT_ONCE, KeptResults
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, LocalProcesses, RetryingExecutor
 from conrod.execution.run import RunCase
@@ -50,7 +51,7 @@ def run_cases(
     *,
     fresh: bool = False,
     watcher: Watcher = SILENT_WATCHER,
-) -> dict[str, Any]:
+) -> Results:
     """Run the cases that have no result in the ledger, and return the results of all.
 
     A case that kills its process, or ends at a limit of the executor, has that as its outcome. A case that ended at a
@@ -66,7 +67,8 @@ def run_cases(
 
     Returns:
         Results by key, each of its case's own class, in the order of the cases; they do not depend on the order in
-        which cases finished, or on the process that ran them.
+        which cases finished, or on the process that ran them. Of very many cases they are read when they are asked for,
+        while ledger and executor are open; so is what of them cannot be read found, and made again, only then.
     """
     if ledger.emptied:
         watcher.on_emptied(ledger.emptied)
@@ -75,6 +77,17 @@ def run_cases(
     waiting = by_key if fresh else _unfinished_cases(by_key, ledger, executor.limits)
     watcher.on_start(len(by_key), len(by_key) - len(waiting))
     _run_and_keep(waiting, ledger, executor, fresh, watcher)
+
+    def read(block: Mapping[str, Case]) -> dict[str, Any]:
+        return _read_or_run_again(block, ledger, executor, watcher)
+
+    return KeptResults(by_key, read) if len(by_key) > RESULTS_AT_ONCE else read(by_key)
+
+
+def _read_or_run_again(
+    by_key: Mapping[str, Case], ledger: Ledger, executor: RetryingExecutor, watcher: Watcher
+) -> dict[str, Any]:
+    """Return results of finished cases by key; run the cases whose rows cannot be read once more."""
     found = ledger.results(by_key)
     lost = {key: case for key, case in by_key.items() if key not in found}
     if lost:

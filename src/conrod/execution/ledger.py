@@ -19,7 +19,13 @@ import platformdirs
 from conrod.comparison.plain_values import plain_values
 from conrod.errors import InvalidInput
 from conrod.execution.case import SIZES, Case, CaseResult, identity_digest
-from conrod.execution.ledger_file import LOCK_TIMEOUT, Claims, connect, connect_for_reading, name_ledger_in_errors
+from conrod.execution.ledger_file import (
+    LOCK_TIMEOUT,
+    Claims,
+    connect,
+    connect_for_reading,
+    name_ledger_in_errors,
+)
 from conrod.execution.results_table import tidy_row
 from conrod.execution.writing import real_path
 from conrod.scenes.scene import canonical_json
@@ -225,20 +231,32 @@ def _pack(result: CaseResult) -> bytes:
 
 def _unpack(blob: bytes) -> dict[str, Any] | None:
     """Return the plain values of the result in a row, or None if the row is damaged."""
+    values = _decompress(blob)
+    return values if isinstance(values, dict) and isinstance(values.get("outcome"), str) else None
+
+
+def _decompress(blob: bytes) -> Any:
+    """Return the plain values in a blob; None if it is damaged."""
     try:
-        # Not msgspec's decoder: Python's own wrote and reads a NaN.
         unpacking = zlib.decompressobj()
         text = unpacking.decompress(blob, MAX_RESULT_BYTES)
-        values = json.loads(text) if unpacking.eof else None
+        return _decode_json(text) if unpacking.eof else None
     except (zlib.error, ValueError, TypeError, RecursionError):
         return None
-    return values if isinstance(values, dict) and isinstance(values.get("outcome"), str) else None
+
+
+def _decode_json(text: str | bytes) -> Any:
+    """Decode JSON, a NaN and an infinity included; raises ValueError."""
+    try:
+        return msgspec.json.decode(text)  # four times as fast as Python's own decoder, which alone reads a NaN
+    except msgspec.DecodeError:
+        return json.loads(text)
 
 
 def _restore_identity(key: str, text: str) -> dict[str, Any] | None:
     """Return the identity and labels in a row, or None unless the key was made from that identity."""
     try:
-        found = json.loads(text)
+        found = _decode_json(text)
         bare = {name: value for name, value in found.items() if name != LABEL_KEY}
         return found if identity_digest(canonical_json(bare)) == key else None
     except (ValueError, TypeError, AttributeError, RecursionError):

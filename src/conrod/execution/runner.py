@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Self, TypeAlias, TypeVar
 
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, Study, pursue
+from conrod.execution.case import Case, Results, ResultsOfRounds, Study, pursue
 from conrod.execution.dispatch import SILENT_WATCHER, Watcher, run_cases, time_cases
 from conrod.execution.ledger import Ledger, default_ledger_path
 from conrod.execution.local import LocalProcesses, RetryingExecutor
@@ -108,17 +108,22 @@ class Runner:
             yield cls(ledger, runs, executor)
 
     @contextmanager
-    def case_runner(self) -> Iterator[Callable[[Sequence[Case]], dict[str, Any]]]:
+    def case_runner(self) -> Iterator[Callable[[Sequence[Case]], Results]]:
         """Yield a function that runs cases, with one progress bar, and returns results by key."""
-        known: dict[str, Any] = {}
+        rounds: dict[str, Results] = {}  # by the key of each case, all results of the round that ran it
         with self.runs.progress("runs", "completed") as watcher:
 
-            def run(cases: Sequence[Case]) -> dict[str, Any]:
+            def run(cases: Sequence[Case]) -> Results:
                 # A case that two batches ask for runs once, with --fresh too.
-                new = [case for case in cases if case.key not in known]
+                new = [case for case in cases if case.key not in rounds]
                 fresh = self.runs.fresh
-                known.update(run_cases(new, self.ledger, self.executor, fresh=fresh, watcher=watcher))
-                return {case.key: known[case.key] for case in cases}
+                rounds.update(
+                    dict.fromkeys(
+                        (case.key for case in new),
+                        run_cases(new, self.ledger, self.executor, fresh=fresh, watcher=watcher),
+                    )
+                )
+                return ResultsOfRounds({case.key: rounds[case.key] for case in cases})
 
             yield run
 
@@ -127,13 +132,13 @@ class Runner:
         with self.case_runner() as run:
             return pursue(studies, run)
 
-    def run_alone(self, cases: Sequence[Case], description: str) -> dict[str, Any]:
+    def run_alone(self, cases: Sequence[Case], description: str) -> Results:
         """Run cases one at a time on this machine, for cases that measure wall time."""
         fresh = self.runs.fresh
         with self.runs.processes(1) as executor, self.runs.progress(description, "completed") as watcher:
             return run_cases(cases, self.ledger, executor, fresh=fresh, watcher=watcher)
 
-    def run_in_release(self, requirement: str, cases: Sequence[VersionCase]) -> dict[str, Any]:
+    def run_in_release(self, requirement: str, cases: Sequence[VersionCase]) -> Results:
         """Run cases with another release of an engine, installed for them in a separate environment.
 
         Args:

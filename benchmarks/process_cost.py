@@ -1,0 +1,38 @@
+"""What a whole command costs: CPU time and memory of its process and of all that it starts."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+
+
+class Cost(NamedTuple):
+    """CPU time [s], the system's included, of a process and its children; the largest memory of one [MB]."""
+
+    cpu: float
+    megabytes: float
+
+
+def cost_of_process(command: Sequence[str], environment: Mapping[str, str] | None = None) -> Cost:
+    """Run a command from the repository's folder to its end, and return what it cost; its output is dropped.
+
+    Raises:
+        AssertionError: its exit status is not 0.
+    """
+    with subprocess.Popen(
+        command,
+        cwd=ROOT,
+        env={**os.environ, **(environment or {})},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    ) as process:
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise AssertionError(f"{' '.join(command)} ended with status {process.returncode}")
+    return Cost(used.ru_utime + used.ru_stime, used.ru_maxrss / 1024)
