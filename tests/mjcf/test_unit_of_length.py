@@ -91,7 +91,10 @@ def test_model_in_other_units_becomes_the_one_in_metres(per_metre: float) -> Non
 
 def test_controls_of_servos_along_slides_are_lengths() -> None:
     model = mujoco.MjModel.from_xml_string(machine(1000.0))
-    assert [*controls_in_metres(model, 1e-3)] == [1.0, 1e-3, 1e-3, 1.0, 1e-3]
+    given = tuple((name, 2.0) for name in ("turn", "push", "pace", "lift", "4", "none"))
+    found = controls_in_metres(model, given, 1e-3)
+    assert found == (("turn", 2.0), ("push", 0.002), ("pace", 0.002), ("lift", 2.0), ("4", 0.002), ("none", 2.0))
+    assert controls_in_metres(model, given, 1.0) == given
 
 
 def test_unit_of_a_model_with_muscles_is_refused() -> None:

@@ -275,7 +275,7 @@ class VerificationOptions(JudgedOptions):
         "--column", multiple=True, metavar="Q=NAME", help="Heading of the column of quantity Q, e.g. C.x=px."
     )
     units: tuple[str, ...] = option(
-        "--unit", multiple=True, metavar="UNIT", help="Unit of columns whose heading has none."
+        "--unit", multiple=True, metavar="UNIT", help="Of columns without one, or of a model's lengths."
     )
     estimate: str | None = option("--estimate", metavar="WHAT,...", help="Unknowns to estimate first: time, phase.")
 

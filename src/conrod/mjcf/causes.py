@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.space.motion import NO_FURTHER
 from conrod.mjcf.anchors import apart_words
 from conrod.mjcf.equalities import handle_indices, handle_words, inactive_words
-from conrod.mjcf.loading import load_model
+from conrod.mjcf.missing_files import load_with_notes
 
 
 def describe_closures(model: mujoco.MjModel) -> str:
@@ -32,13 +32,19 @@ def append_causes(error: str, *causes: str) -> str:
 
 
 @contextmanager
-def add_causes_to_errors(path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = lambda _: ()) -> Iterator[None]:
-    """Add the causes that a model's closures show, and further ones, to any InvalidInput raised within."""
+def add_causes_to_errors(
+    path: Path, more: Callable[[mujoco.MjModel], Iterable[str]] = lambda _: (), unit: float = 1.0
+) -> Iterator[None]:
+    """Add the causes that a model's closures show, and further ones, to any InvalidInput raised within.
+
+    Args:
+        unit: unit of the file's lengths [m].
+    """
     try:
         yield
     except InvalidInput as error:
         try:
-            model = load_model(path)
+            model, _ = load_with_notes(path, unit)
         except InvalidInput:  # what cannot be loaded says so itself
             raise error from None
         raise InvalidInput(append_causes(str(error), describe_closures(model), *more(model))) from None

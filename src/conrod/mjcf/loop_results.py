@@ -34,6 +34,7 @@ class LoopRequest:
         points: sites that are judged; all where none is given.
         tolerance: allowed errors by quantity [SI]; empty if the user gave none.
         machine: machine that the model must be, a name or a model file; None if it is its own reference.
+        unit: unit of the file's lengths [m].
     """
 
     drives: Mapping[str, str]
@@ -43,6 +44,7 @@ class LoopRequest:
     points: tuple[str, ...] = ()
     tolerance: Mapping[str, float] = field(default_factory=dict)
     machine: str | None = None
+    unit: float = 1.0
 
 
 @dataclass(frozen=True)

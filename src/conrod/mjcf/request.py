@@ -63,6 +63,23 @@ def places_of(places: Mapping[str, str], observed: Sequence[str] = ()) -> tuple[
     return tuple(found)
 
 
+# Units of length that a model may be in: their size [m].
+LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
+
+
+def size_of_unit(unit: str | None) -> float:
+    """Size [m] of a model's unit of length; of the metre where none is given.
+
+    Raises:
+        InvalidInput: no such unit; names the units.
+    """
+    if unit is None:
+        return 1.0
+    if unit not in LENGTH_UNITS:
+        raise unknown_choice("unit of a model's lengths", unit, LENGTH_UNITS)
+    return LENGTH_UNITS[unit]
+
+
 # Control inputs by an actuator's name or number, in MuJoCo's own units.
 Controls: TypeAlias = tuple[tuple[str, float], ...]
 CONTROL_FORM = "an actuator and a finite number in MuJoCo's units: motor=4.19"
@@ -93,6 +110,7 @@ class ModelRequest:
         controls: inputs of actuators in place of the keyframe's, where the model is run as its file has it.
         span: crank angles [rad] between which the machine makes its one pass; None where it turns fully; by the study.
         returns: whether all observed points of the machine are back after a turn; by the study.
+        unit: unit of the file's lengths [m], in place of which metres are used from its loading on.
     """
 
     crank: str
@@ -103,6 +121,7 @@ class ModelRequest:
     controls: Controls = ()
     span: tuple[float, float] | None = None
     returns: bool = True
+    unit: float = 1.0
 
     @property
     def width(self) -> float:

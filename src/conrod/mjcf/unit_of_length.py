@@ -7,14 +7,14 @@ by 1. The model in metres then has the file's motion, times and softness; length
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import mujoco
 import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import equality_kind
+from conrod.mjcf.loading import names_of, names_or_numbers
+from conrod.mjcf.request import Controls
 
 # Powers of length of the arrays that have one alone.
 POWERS = {
@@ -208,6 +208,9 @@ def _convert_actuator(model: mujoco.MjModel, k: int, unit: float) -> None:
         model.actuator_gear[k, 3:] *= unit  # torques beside forces
 
 
-def controls_in_metres(model: mujoco.MjModel, unit: float) -> Iterator[float]:
-    """Factors by which controls of a file become controls of its model in metres, by actuator."""
-    return (unit ** actuator_powers(model, k)[2] for k in range(model.nu))
+def controls_in_metres(model: mujoco.MjModel, controls: Controls, unit: float) -> Controls:
+    """Convert controls in a file's units to those of its model in metres; unknown actuators are left as they are."""
+    names = names_or_numbers(names_of(model, "actuator")) if unit != 1.0 else []
+    powers = {name: actuator_powers(model, k)[2] for k, name in enumerate(names)}
+    powers |= {str(k): power for k, power in enumerate(powers.values()) if str(k) not in powers}
+    return tuple((name, value * unit ** powers.get(name, 0)) for name, value in controls)

@@ -13,7 +13,7 @@ from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, check_tolerance, scene_by_name
 from conrod.mechanism.units import check_count, check_number
-from conrod.mjcf.request import ModelRequest, controls_of, places_of
+from conrod.mjcf.request import ModelRequest, controls_of, places_of, size_of_unit
 from conrod.models.check import report as user_model
 from conrod.models.check.baseline_lines import model_lines
 from conrod.models.check.frame import GivenFrame
@@ -37,6 +37,7 @@ def check_model(
     crank_zero: float | None = None,
     keyframe: str | None = None,
     controls: Mapping[str, float] | None = None,
+    unit: str | None = None,
     revolutions: int = TURNS,
     tolerance: Mapping[str, float] | None = None,
     refine: bool = False,
@@ -57,6 +58,7 @@ def check_model(
         crank_zero: hinge angle at which the crank angle is 0 [rad]; None to find it.
         keyframe: keyframe to start from; None for the first, "qpos0" for none.
         controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
+        unit: unit of the model's lengths: m, cm, mm or inch; None to find it.
         tolerance: largest error by quantity, normalised.
         refine: run the model at other steps too, for the observed order.
         qualify: plant known defects into a check that has passed, and say which of them it notices.
@@ -70,7 +72,7 @@ def check_model(
         check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
         name, machine = scene_by_name(scene)
         points = as_mapping("points", points, "{'C': 'site:tip'}")
-        question = question_on_model(machine, crank, points, keyframe, controls or {})
+        question = question_on_model(machine, crank, points, keyframe, controls or {}, unit)
         for angle, given in (("rotation", rotation), ("crank_zero", crank_zero)):
             if given is not None:
                 check_number(angle, given, -math.inf, math.inf, "rad")
@@ -80,7 +82,7 @@ def check_model(
             "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,
             "rotation": rotation, "crank-zero": crank_zero, "keyframe": keyframe,
             "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
-            "revolutions": None if revolutions == TURNS else revolutions,
+            "unit": unit, "revolutions": None if revolutions == TURNS else revolutions,
         }  # fmt: skip
         check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
 
@@ -107,6 +109,7 @@ def check_model(
         crank_zero=crank_zero,
         keyframe=keyframe,
         controls=controls,
+        unit=unit,
         revolutions=words["revolutions"],
         tolerance=tolerance,
         qualify=qualify,
@@ -116,8 +119,9 @@ def check_model(
 
 
 def question_on_model(
-    scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float]
-) -> ModelRequest:
+    scene: Scene, crank: str | None, points: Mapping[str, str], keyframe: str | None, controls: Mapping[str, float],
+    unit: str | None = None,
+) -> ModelRequest:  # fmt: skip
     """Make the request for a model, with its crank and observed points, and the mobility of its scene.
 
     Raises:
@@ -130,4 +134,5 @@ def question_on_model(
     if not points:
         raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
     places, contacts = places_of(points, observed), len(mechanism.cam_contacts)
-    return ModelRequest(crank, places, mechanism.mobility, contacts, keyframe, controls_of(controls))
+    mobility, inputs = mechanism.mobility, controls_of(controls)
+    return ModelRequest(crank, places, mobility, contacts, keyframe, inputs, unit=size_of_unit(unit))

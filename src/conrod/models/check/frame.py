@@ -9,9 +9,8 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf.request import LENGTH_UNITS
 
-# Units of length that a model may be in: their size [m].
-LENGTH_UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 # The usual ways to look at a plane, x to the right or y and z up: first and second direction of the picture.
 USUAL_VIEWS = {"x": "yz", "y": "xz", "z": "xy"}
 UNIT_VECTORS = dict(zip("xyz", np.eye(3), strict=True))

@@ -28,6 +28,7 @@ from conrod.mjcf.driving import LoopRecording, driven_run, record_run
 from conrod.mjcf.loading import data_at_start
 from conrod.mjcf.loop_results import LABELS
 from conrod.mjcf.request import MIN_NAMED_OPENING, ModelRequest
+from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.check.frame import Frame, GivenFrame
 from conrod.models.check.identity import identify
 from conrod.models.check.references import returns_after_turn
@@ -68,8 +69,10 @@ def study_scene_model(
     with name_file_in_errors(path):
         name, machine = scene
         question = replace(question, span=machine.mechanism().driver.span, returns=returns_after_turn(machine))
-        with add_causes_to_errors(path, lambda model: refusal_causes(model, scene, question)):
+        with add_causes_to_errors(path, lambda model: refusal_causes(model, scene, question), question.unit):
             turning = prepare_turning(path, question)
+            inputs = controls_in_metres(turning.model, question.controls, question.unit)
+            question = replace(question, controls=inputs)
             turn = scan(turning, question)
             facts, (identity, moving) = turn.facts, identify(machine, turn, given)
         misplaced = identity.explanations[0].misplaced if identity.explanations else ()
@@ -80,7 +83,9 @@ def study_scene_model(
         parts = (str(path), name, machine, question, facts, identity, tolerance, revolutions)
         found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
         besides = causes_besides(turning.model, scene, question, identity, given, is_machine=found.is_machine)
-        found = replace(found, model=replace(facts, about="; ".join(filter(None, (facts.about, *besides)))))
+        found = replace(
+            found, model=replace(facts, about="; ".join(filter(None, (facts.about, *besides, *turning.left_out))))
+        )
         if identity.left > MAX_COMPARABLE_DISTANCE:
             return found
         bench = SceneBench(turning, question, moving, machine.speed, identity.frame, points, revolutions)

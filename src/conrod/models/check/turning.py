@@ -23,9 +23,9 @@ from conrod.mjcf.loading import (
     find_crank,
     find_point,
     keyframe_to_start_from,
-    load_model,
     name_or_number,
 )
+from conrod.mjcf.missing_files import load_with_notes
 from conrod.mjcf.reading import check_rigid, tree_of
 from conrod.mjcf.request import ModelRequest
 
@@ -48,6 +48,7 @@ class Turning:
         touching: two geoms whose contact places what the closures leave free; None where they leave nothing.
         reach: times [s] from the assembled pose back to one end of the crank's travel, and on to the other end; None
             if the crank turns fully.
+        left_out: what of the file is not there and was left out, in words.
     """
 
     model: mujoco.MjModel
@@ -58,6 +59,7 @@ class Turning:
     freedom: Mobility
     touching: tuple[int, int] | None = None
     reach: tuple[float, float] | None = None
+    left_out: tuple[str, ...] = ()
 
     @property
     def first(self) -> float:
@@ -129,7 +131,7 @@ def prepare_turning(path: Path, question: ModelRequest) -> Turning:
         InvalidInput: the model cannot be loaded, lacks a requested element, has another mobility than the machine, or
             cannot be assembled and turned.
     """
-    model = load_model(path)
+    model, left_out = load_with_notes(path, question.unit)
     check_finite(model)
     check_rigid(model)
     find_crank(model, question.crank)
@@ -150,7 +152,7 @@ def prepare_turning(path: Path, question: ModelRequest) -> Turning:
             if pose is poses[-1]:  # the model's unit of length is not known yet
                 raise InvalidInput(str(error).partition(" stays open")[0]) from None
     machine.knots = [machine.knot(start, 0.0)]
-    made = Turning(model, machine, crank, points, start, count_mobility(machine))
+    made = Turning(model, machine, crank, points, start, count_mobility(machine), left_out=left_out)
     _check_freedom(made, question)
     if question.contacts and made.freedom.remaining_dof > question.mobility:
         return replace(made, touching=_nearest_geoms(made))

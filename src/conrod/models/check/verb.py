@@ -66,13 +66,13 @@ class CheckOptions(VerificationOptions):
 
 
 MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
-TABLE = ("columns", "units", "estimate")
+TABLE = ("columns", "estimate")
 TORQUE_RUN = ("torque", "start")
 RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
 WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "measured", "limits", "uncertainties")
 MEASUREMENTS = ("measured", "limits", "uncertainties")
 WITH_DRIVE = (
-    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance"),
+    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--unit"),
     *("--engine", "--out", "--html", "--verification", "--json", "--baseline", "--accept"),
 )
 
@@ -157,6 +157,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
             crank_zero=zero,
             keyframe=asked.keyframe,
             controls=controls_in(asked.controls),
+            unit=None if asked.measured else _unit_of_model(asked),
             revolutions=TURNS if asked.revolutions is None else asked.revolutions,
             tolerance=tolerance_in(asked.tolerance, TOLERANCE_NAMES),
             refine=asked.verification is not None,
@@ -168,6 +169,17 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)
+
+
+def _unit_of_model(asked: CheckOptions) -> str | None:
+    """Return the unit of a model's lengths; None where none is given.
+
+    Raises:
+        InvalidInput: several units are given: a model has one.
+    """
+    if len(asked.units) > 1:
+        raise InvalidInput(f"--unit {' and '.join(asked.units)}: the lengths of a model are in one unit")
+    return asked.units[0] if asked.units else None
 
 
 def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, str]]:
@@ -267,7 +279,7 @@ def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -
 
 # -- a model of which nothing is said ----------------------------------------------------------------------------------
 
-INSPECTED = ("--keyframe", "--ctrl", "--engine", "--out", "--html", "--json")
+INSPECTED = ("--keyframe", "--ctrl", "--unit", "--engine", "--out", "--html", "--json")
 
 
 def can_inspect() -> bool:
@@ -298,7 +310,13 @@ def inspect_models(names: tuple[str, ...], asked: CheckOptions) -> None:
             under_way.close()
             under_way.enter_context(waiting(name, FILE_TIMEOUT))
 
-        found = inspect_model(names, keyframe=asked.keyframe, controls=controls_in(asked.controls), progress=begin)
+        found = inspect_model(
+            names,
+            keyframe=asked.keyframe,
+            controls=controls_in(asked.controls),
+            unit=_unit_of_model(asked),
+            progress=begin,
+        )
     files.print_and_write(found, "check", parts)
     exit_with_verdict(found)
 
@@ -350,6 +368,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             seconds=asked.seconds,
             tolerance=tolerance_in(asked.tolerance, LOOP_UNITS),
             machine=asked.scene,
+            unit=_unit_of_model(asked),
             baseline=asked.baseline,
             accept=asked.accept,
             progress=begin,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from conrod.errors import InvalidInput, as_mapping
 from conrod.execution.local import call_on_file
-from conrod.mjcf.request import controls_of
+from conrod.mjcf.request import controls_of, size_of_unit
 from conrod.models.inspection.report import INSPECTION_REPORT
 from conrod.models.inspection.results import Inspection, InspectionRequest
 from conrod.report.findings import Findings, text_of_call
@@ -26,6 +26,7 @@ def inspect_model(
     keyframe: str | None = None,
     drives: Mapping[str, str] | None = None,
     controls: Mapping[str, float] | None = None,
+    unit: str | None = None,
     progress: Callable[[str], object] = lambda name: None,
 ) -> Findings[Inspection]:
     """Say what MuJoCo models are: whether they load, close and move, how exact they are, and what to do next.
@@ -35,13 +36,14 @@ def inspect_model(
         keyframe: keyframe to start from; None for the first, "qpos0" for none.
         drives: law of each driven joint, such as `{"crank": "60rpm"}`; None to choose one.
         controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
+        unit: unit of the model's lengths: m, cm, mm or inch; metres where none is given.
         progress: called with the name of each model before it is inspected.
 
     Raises:
         InvalidInput: the model or an argument cannot be used; says what can.
     """
     laws = as_mapping("drives", drives, "{'crank': '60 rpm'}")
-    question = InspectionRequest(keyframe, laws, controls_of(controls or {}))
+    question = InspectionRequest(keyframe, laws, controls_of(controls or {}), size_of_unit(unit))
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
     found, typed = dict[str, Inspection](), dict[str, str]()
     for one in several:
@@ -54,7 +56,7 @@ def inspect_model(
             found[part] = replace(_inspect_file(path, question, part), file=shown or str(path))
             typed[part] = str(one)
     asked = [str(one) if isinstance(one, str | Path) else "the model" for one in several]
-    call = text_of_call("inspect_model", asked, keyframe=keyframe, drives=drives, controls=controls)
+    call = text_of_call("inspect_model", asked, keyframe=keyframe, drives=drives, controls=controls, unit=unit)
     return Findings(INSPECTION_REPORT, found, call, typed=typed)
 
 

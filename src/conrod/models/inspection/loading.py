@@ -16,6 +16,7 @@ from conrod.mjcf.missing_files import load_with_notes
 from conrod.models.inspection.results import InspectionRequest, Loading
 
 MAX_PART = 5.0  # [m]: longest part of a machine that is not asked about
+MIN_TYPED_DENSITY = 10.0  # [kg/m^3]: a density that was typed per cubic metre
 MAX_DENSITY = 23e3  # [kg/m^3]: nothing is denser than osmium, at 22 600
 URDF = ".urdf"
 
@@ -29,7 +30,9 @@ def load_for_inspection(path: Path, question: InspectionRequest) -> tuple[mujoco
     model, left_out = load_with_notes(path, question.unit)
     check_finite(model)
     lost = tuple(lost_in_translation(path, model)) if path.suffix.lower() == URDF else ()
-    return model, replace(describe_model(model), left_out=left_out, remarks=(*lost, *unit_questions(model)))
+    return model, replace(
+        describe_model(model), left_out=left_out, remarks=(*lost, *unit_questions(model, question.unit))
+    )
 
 
 def describe_model(model: mujoco.MjModel) -> Loading:
@@ -58,8 +61,12 @@ def distance_across(model: mujoco.MjModel) -> float:
 # -- units -------------------------------------------------------------------------------------------------------------
 
 
-def unit_questions(model: mujoco.MjModel) -> Iterator[str]:
-    """Ask about sizes and densities that no machine in metres and kilograms has."""
+def unit_questions(model: mujoco.MjModel, unit: float) -> Iterator[str]:
+    """Ask about sizes, densities and a gravity that no machine in metres and kilograms has.
+
+    Args:
+        unit: unit of the file's lengths [m].
+    """
     lengths = {body: length for body in range(1, model.nbody) if (length := _length_of(model, body)) > 0.0}
     name = {body: mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body {body}" for body in lengths}
     longest = max(lengths, key=lambda body: lengths[body], default=0)
@@ -68,13 +75,16 @@ def unit_questions(model: mujoco.MjModel) -> Iterator[str]:
         hint = f", as its gravity of {gravity:.4g} says" if 9e3 < gravity < 1.1e4 else ""
         yield f"{name[longest]} is {lengths[longest]:.3g} m long: is the model in millimetres{hint}? --unit mm says so"
         return  # masses of such a model say nothing yet
+    if unit != 1.0 and 9.7 < gravity / unit < 9.9:
+        yield f"its gravity is {gravity / unit:.4g} of its unit of length: {9.81 / unit:.5g} would be the Earth's"
     dense = {body: density for body in lengths if (density := _density_of(model, body)) > MAX_DENSITY}
     if dense:
         worst = max(dense, key=lambda body: dense[body])
-        yield (
-            f"{name[worst]} weighs {model.body_mass[worst]:.3g} kg, {dense[worst]:.2g} kg/m³ of its geoms, denser than "
-            "any metal: are its masses in kilograms?"
-        )
+        typed = dense[worst] * unit**3
+        ask = "are its masses in kilograms?"
+        if unit != 1.0 and MIN_TYPED_DENSITY < typed < MAX_DENSITY:
+            ask = f'1000 kg/m³ are density="{1000.0 * unit**3:.3g}" in its unit of length'
+        yield f"{name[worst]} weighs {model.body_mass[worst]:.3g} kg, and would be denser than any metal: {ask}"
 
 
 def _length_of(model: mujoco.MjModel, body: int) -> float:

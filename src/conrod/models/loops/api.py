@@ -15,7 +15,7 @@ from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
-from conrod.mjcf.request import controls_of
+from conrod.mjcf.request import controls_of, size_of_unit
 from conrod.models.loops.baseline_lines import loop_lines
 from conrod.models.loops.report import LOOPS_REPORT
 from conrod.report.findings import Findings, text_of_call
@@ -39,6 +39,7 @@ def check_loops(
     seconds: float | None = None,
     tolerance: Mapping[str, float] | None = None,
     machine: str | None = None,
+    unit: str | None = None,
     baseline: str | Path | None = None,
     accept: bool = False,
     progress: Callable[[str], object] = lambda name: None,
@@ -54,6 +55,7 @@ def check_loops(
         seconds: length of the runs; None for a period of the slowest drive.
         tolerance: largest error by quantity [m, m/s, m/s^2]; a position's bounds the opening of the loops, too.
         machine: machine that the model must be: a machine in space by name, or another model's file.
+        unit: unit of the model's lengths: m, cm, mm or inch; metres where none is given.
         baseline, accept: as in `validate`.
         progress: called with the name of each model before it is judged.
 
@@ -67,12 +69,15 @@ def check_loops(
         laws = dict(MACHINES[machine]().drives)
     places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
     allowed = {} if tolerance is None else check_tolerance(tolerance, LOOP_UNITS)
-    question = LoopRequest(laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine)
+    question = LoopRequest(
+        laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine, size_of_unit(unit)
+    )
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
     words = {
         "drive": tuple(f"{joint}={law}" for joint, law in laws.items()), "point": places, "keyframe": keyframe,
         "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()), "seconds": seconds,
-        "machine": machine, "model": tuple(one for one in several if isinstance(one, str) and one in MACHINES),
+        "machine": machine, "unit": unit,
+        "model": tuple(one for one in several if isinstance(one, str) and one in MACHINES),
     }  # fmt: skip
     check = BaselineCheck.prepare(baseline, {}, words, accept=accept)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
@@ -101,6 +106,7 @@ def check_loops(
         seconds=seconds,
         tolerance=tolerance,
         machine=machine,
+        unit=unit,
     )
     return Findings(LOOPS_REPORT, found, call, typed=typed, baseline=compared)
 

@@ -26,12 +26,14 @@ from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison, compare
 from conrod.mjcf.driven_runs import compare_kinematics, judge_run, settings_as_mjcf, shipped_run, with_settings
 from conrod.mjcf.driving import driven_run, set_exact_state
 from conrod.mjcf.equalities import inactive_closures, inactive_words
-from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_start, list_names, load_model, start_words
+from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_start, list_names, start_words
 from conrod.mjcf.loop_results import LABELS, OWN, LoopRequest, LoopRun, LoopStudy, ShippedRun
+from conrod.mjcf.missing_files import load_with_notes
 from conrod.mjcf.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.request import OpenStart
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.mjcf.start import open_start, pose_words
+from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.loops.law_comparison import allowed_speed_error, compare_with_laws
 from conrod.models.loops.load_differences import list_load_differences
 from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
@@ -52,7 +54,9 @@ def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
     """
-    model, against, found = load_model(path), "", list[str]()
+    model, left_out = load_with_notes(path, question.unit)
+    question = replace(question, controls=controls_in_metres(model, question.controls, question.unit))
+    against, found = "", list[str]()
     model.opt.timestep *= step_factor
     try:
         check_finite(model)
@@ -62,9 +66,9 @@ def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float
             start = data_at_start(model, question.keyframe or OWN_POSE)[0].qpos
             found = list(list_differences(tree_of(model, start), machine, inactive_closures(model)))
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
-        return _LoopBench.from_request(model, question, explained=bool(found or describe_closures(model))).study(
-            str(path), name, machine
-        )
+        bench = _LoopBench.from_request(model, question, explained=bool(found or describe_closures(model)))
+        study = bench.study(str(path), name, machine)
+        return replace(study, remarks=(*study.remarks, *left_out))
     except InvalidInput as error:
         words = append_causes(str(error).removeprefix(f"{path}: "), describe_closures(model))
         raise InvalidInput(f"{path}: {words}{against}") from None
