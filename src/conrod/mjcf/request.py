@@ -111,6 +111,7 @@ class ModelRequest:
         span: crank angles [rad] between which the machine makes its one pass; None where it turns fully; by the study.
         returns: whether all observed points of the machine are back after a turn; by the study.
         unit: unit of the file's lengths [m], in place of which metres are used from its loading on.
+        taken: crank and points that were found and not given, in words.
     """
 
     crank: str
@@ -122,6 +123,7 @@ class ModelRequest:
     span: tuple[float, float] | None = None
     returns: bool = True
     unit: float = 1.0
+    taken: str = ""
 
     @property
     def width(self) -> float:

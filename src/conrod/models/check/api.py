@@ -51,8 +51,9 @@ def check_model(
 
     Args:
         model: path of an MJCF or binary file, or a model in memory.
-        crank: joint of the model that is driven.
-        points: place of each observed point in the model, such as {"C": "site:tip"}; "body:" and "geom:" likewise.
+        crank: joint of the model that is driven; None to find it, by its name or as the only one on the ground.
+        points: place of each observed point in the model, such as {"C": "site:tip"}; "body:" and "geom:" likewise; None
+            to find them by their names.
         plane: directions right and up of the model that are the scene's x and y, such as "-xz"; None to find them.
         rotation: angle of the scene's x axis in that plane [rad]; None to find it.
         crank_zero: hinge angle at which the crank angle is 0 [rad]; None to find it.
@@ -71,8 +72,14 @@ def check_model(
         check_readable(path)
         check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
         name, machine = scene_by_name(scene)
-        points = as_mapping("points", points, "{'C': 'site:tip'}")
+        points, taken = as_mapping("points", points, "{'C': 'site:tip'}"), ""
+        if crank is None or not points:
+            from conrod.models.check.guessing import find_names
+
+            names = call_on_file(find_names, path, machine.mechanism(), crank, dict(points))
+            crank, points, taken = names.crank, names.points, names.words
         question = question_on_model(machine, crank, points, keyframe, controls or {}, unit)
+        question = replace(question, taken=taken)
         for angle, given in (("rotation", rotation), ("crank_zero", crank_zero)):
             if given is not None:
                 check_number(angle, given, -math.inf, math.inf, "rad")
@@ -95,7 +102,10 @@ def check_model(
                 for scenes in several
             ]
 
-        ((found,),) = find([{name: machine}])
+        try:
+            ((found,),) = find([{name: machine}])
+        except InvalidInput as error:
+            raise InvalidInput(f"{error} ({taken})" if taken else f"{error}") from None
         compared = check.compare([found], find, model_lines, {AS_GIVEN: OWN}) if check else None
     part = path.stem if shown is None else shown
     call = text_of_call(

@@ -188,6 +188,8 @@ def findings(study: ModelStudy) -> dict[str, list[str]]:
 def _frame_lines(study: ModelStudy) -> Iterator[str]:
     """Yield the model's frame, given or worked out, in sentences."""
     there = study.identity.frame
+    if study.question.taken:
+        yield study.question.taken
     yield (
         f"plane {there.view.name}, turned by "
         f"{_degrees_text(there.rotation)}, crank zero at {_degrees_text(there.zero)}, unit {there.unit_name}"

@@ -141,7 +141,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
         asked, "a model: it is judged as it is, in MuJoCo, at its own step", "preset", "steps_per_rev", "cell_timeout"
     )
     refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE), *TORQUE_RUN)
-    crank, points = _crank_and_points(asked, scene[1])
+    points = _points_in(asked, scene[1])
     files = check_outputs(MODEL_REPORT, [path.stem], asked, protected_model_files(path))
     dossier = _dossier("check", (name,), asked, dict([scene]))
     angles = {"--rotation": asked.rotation, "--crank-zero": asked.crank_zero}
@@ -150,7 +150,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
         found = check_model(
             path,
             scene,
-            crank=crank,
+            crank=asked.crank,
             points=points,
             plane=asked.plane,
             rotation=rotation,
@@ -182,19 +182,11 @@ def _unit_of_model(asked: CheckOptions) -> str | None:
     return asked.units[0] if asked.units else None
 
 
-def _crank_and_points(asked: CheckOptions, scene: Any) -> tuple[str, dict[str, str]]:
-    """Return the crank, and the places of observed points, that the options name.
-
-    Raises:
-        InvalidInput: --crank or a --point is missing.
-    """
+def _points_in(asked: CheckOptions, scene: Any) -> dict[str, str]:
+    """Return the places of observed points that the options name; empty where they are to be found."""
     observed = [point.name for point in scene.mechanism().observed]
-    if asked.crank is None:
-        raise InvalidInput("say which joint of the model is driven: --crank JOINT")
-    if not asked.points:
-        raise InvalidInput(f"say where an observed point of the scene is: --point {observed[0]}=site:NAME")
     form = f"it as {observed[0]}=site:SITE"
-    return asked.crank, named_values(asked.points, "--point", form, "observed point", observed)
+    return named_values(asked.points, "--point", form, "observed point", observed)
 
 
 # -- a table, or an FMU that makes one ---------------------------------------------------------------------------------
