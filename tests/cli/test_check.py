@@ -89,6 +89,12 @@ def test_a_scene_is_judged_in_an_engine_and_held_to_its_baseline(
     assert conrod(*typed, "--baseline", str(file)).returncode == 0
 
 
+HINGES = mujoco.MjSpec.from_string(
+    "<mujoco><worldbody>"
+    "<body><joint name='left'/><geom size='1'/><site name='end'/></body>"
+    "<body><joint name='right'/><geom size='1'/></body>"
+    "</worldbody></mujoco>"
+)
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "no model": (3, {}, "a int cannot be judged: give a scene, a file, a mujoco.MjModel or MjSpec, a data frame or"),
     "no scene": (TABLE, {"scene": None}, "a dict: say with scene=... what machine it is"),
@@ -97,8 +103,8 @@ REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "a keyword of models": (TABLE, {"crank": "hinge"}, "crank does not go with a table: it is for models"),
     "a scene's scene": ("saw-500rpm", {}, "is for a file: a scene is judged as it is"),
     "a scene's crank": (SAW, {"scene": None, "crank": "crank"}, "crank does not go with a scene: it is for models"),
-    "no crank": (MODEL, {"points": {"C": "site:C"}}, "say which joint of the model is driven: --crank JOINT"),
-    "no point": (MODEL, {"crank": "crank"}, "say where an observed point of the scene is: --point C=site:NAME"),
+    "no crank": (HINGES, {"points": {"C": "site:end"}}, "is driven: --crank JOINT, one of left, right"),
+    "no point": (HINGES, {"crank": "left"}, "--point C=site:NAME, for one of end"),
     "no file": ("none.xml", {}, "none.xml: there is no such file"),
     "no FMU": ("none.fmu", {}, "none.fmu: there is no such file"),
     "option text": (TABLE, {"tolerance": "position=1e-9"}, "give numbers by quantity"),

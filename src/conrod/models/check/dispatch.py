@@ -27,9 +27,10 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
         subject: a scene (a name, a mechanism file, or a `Scene`), a model (the path of an MJCF or binary file, or one
             in memory), an FMU (its path), or a table (the path of a file, a data frame, or a mapping of numpy
             arrays (T,), with `C` of shape (T, 2) for `C.x` and `C.y`).
-        scene: the machine that a model, an FMU or a table is to be; none for a model whose joints are driven by laws.
-        arguments: as in `validate`, `check_model`, `check_fmu`, `check_table` or `check_loops`; of a table
-            with `torque`, as in `check_torque_run`. A scene's runs are made
+        scene: the machine that a model, an FMU or a table is to be; none for a model whose joints are driven by laws,
+            or that is inspected by itself.
+        arguments: as in `validate`, `check_model`, `check_fmu`, `check_table`, `check_loops` or `inspect_model`; of a
+            table with `torque`, as in `check_torque_run`. A scene's runs are made
             here and now unless `runs` says otherwise: no result of an earlier day answers for it.
 
     Raises:
@@ -49,13 +50,15 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
     if "drives" in arguments and not is_table and not name.endswith(FMUS):
         return conrod.check_loops(subject, **_keywords("check_loops", "a model with drives", arguments, machine=scene))
     if scene is None:
+        if not is_table and not name.endswith(FMUS) and "inspect_model" in conrod.__all__:
+            return conrod.inspect_model(subject, **_keywords("inspect_model", "a model without a scene", arguments))
         what = str(subject) if name else f"a {type(subject).__name__}"
         raise InvalidInput(f"{what}: say with scene=... what machine it is")
-    if name.endswith(FMUS):
-        return conrod.check_fmu(subject, **_keywords("check_fmu", "an FMU", arguments, scene=scene))
-    if is_table:
+    if is_table or name.endswith(FMUS):
         under_torque = "torque" in arguments and "check_torque_run" in conrod.__all__
         function, what = ("check_torque_run", "a run under a torque") if under_torque else ("check_table", "a table")
+        if not is_table:
+            function, what = "check_fmu", "an FMU"
         found: Findings[Any] = getattr(conrod, function)(subject, **_keywords(function, what, arguments, scene=scene))
         return found
     given = _keywords("check_model", "a model", arguments, scene=scene)
@@ -65,7 +68,8 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
 # What each function judges, in words, by its name.
 JUDGED = {
     "validate": "scenes", "check_model": "models", "check_fmu": "FMUs", "check_table": "tables",
-    "check_loops": "closed loops", "check_torque_run": "tables of runs under a torque",
+    "check_loops": "closed loops", "inspect_model": "models by themselves",
+    "check_torque_run": "tables of runs under a torque",
 }  # fmt: skip
 
 

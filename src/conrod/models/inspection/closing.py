@@ -20,6 +20,7 @@ from conrod.mjcf.equalities import closure_name, constraint_violations, handle_i
 from conrod.mjcf.loading import OWN_POSE, data_at_start, names_of, names_or_numbers, start_words
 from conrod.mjcf.reading import tree_of
 from conrod.mjcf.start import open_start, pose_words
+from conrod.mjcf.unit_of_length import coordinate_powers
 from conrod.models.inspection.results import Closing, PoseOpening
 from conrod.models.loops.ranges import closed_pose_inside, outside_words
 
@@ -27,8 +28,12 @@ MAX_KEYFRAMES = 20  # that are looked at; simulations save hundreds of them
 NUDGE = 0.05  # [rad, or m over the extent]: how far beside a pose it is looked whether the closures allow less there
 
 
-def examine_closing(model: mujoco.MjModel, keyframe: str | None) -> Closing:
-    """Measure how far the loops are open where the file starts, in its reference pose and in each keyframe."""
+def examine_closing(model: mujoco.MjModel, keyframe: str | None, unit: float = 1.0) -> Closing:
+    """Measure how far the loops are open where the file starts, in its reference pose and in each keyframe.
+
+    Args:
+        unit: unit of the file's lengths [m], in which poses are written.
+    """
     start = data_at_start(model, keyframe)[1]
     numbers = dict.fromkeys((start, None, *range(min(model.nkey, MAX_KEYFRAMES))))
     tree = tree_at(model, model.qpos0)
@@ -37,7 +42,7 @@ def examine_closing(model: mujoco.MjModel, keyframe: str | None) -> Closing:
     remarks = (inactive_words(model), handle_words(model, handle_indices(model)))
     return Closing(
         extent,
-        tuple(_pose_opening(model, number, extent, is_start=number == start) for number in numbers),
+        tuple(_pose_opening(model, number, extent, unit, is_start=number == start) for number in numbers),
         (*filter(None, remarks), *(f"{one.words}: {one.cure}" for one in apart)),
         bool(apart),
     )
@@ -51,7 +56,9 @@ def tree_at(model: mujoco.MjModel, pose: Array) -> SpatialTree | None:
         return None
 
 
-def _pose_opening(model: mujoco.MjModel, keyframe: int | None, extent: float, *, is_start: bool) -> PoseOpening:
+def _pose_opening(
+    model: mujoco.MjModel, keyframe: int | None, extent: float, unit: float, *, is_start: bool
+) -> PoseOpening:
     """Measure the closures' opening in a keyframe, or in the reference pose."""
     name = OWN_POSE if keyframe is None else names_or_numbers(names_of(model, "key"))[keyframe]
     data, _ = data_at_start(model, name)
@@ -61,10 +68,11 @@ def _pose_opening(model: mujoco.MjModel, keyframe: int | None, extent: float, *,
     found, dragged = constraint_violations(model, data, extent), handle_indices(model)
     acting = [k for k in range(model.neq) if data.eq_active[k] and k not in dragged]
     gaps = {closure_name(model, k): float(found[k]) for k in acting}
-    ajar = open_start(model, data, extent, words)
+    ajar, scale = open_start(model, data, extent, words), unit ** -coordinate_powers(model)
+    closed = "" if ajar is None or not ajar.closed else pose_words(scale * np.array(ajar.closed.split(), dtype=float))
     tree = tree_at(model, np.array(data.qpos))
     if tree is None or not tree.closures:
-        return PoseOpening(words, gaps, "" if ajar is None else ajar.closed)
+        return PoseOpening(words, gaps, closed)
     outside, inside = outside_words(tree, words), None
     machine = DrivenTree(tree, {})
     if outside and is_start:
@@ -72,9 +80,9 @@ def _pose_opening(model: mujoco.MjModel, keyframe: int | None, extent: float, *,
     return PoseOpening(
         words,
         gaps,
-        "" if ajar is None else ajar.closed,
+        closed,
         outside,
-        "" if inside is None else pose_words(inside[:, 0]),
+        "" if inside is None else pose_words(scale * inside[:, 0]),
         is_start and is_singular(machine, tree.start[:, None] if ajar is None else inside),
     )
 

@@ -76,7 +76,7 @@ def unit_questions(model: mujoco.MjModel, unit: float) -> Iterator[str]:
         yield f"{name[longest]} is {lengths[longest]:.3g} m long: is the model in millimetres{hint}? --unit mm says so"
         return  # masses of such a model say nothing yet
     if unit != 1.0 and 9.7 < gravity / unit < 9.9:
-        yield f"its gravity is {gravity / unit:.4g} of its unit of length: {9.81 / unit:.5g} would be the Earth's"
+        yield f"its gravity is {gravity / unit:.4g}, in its unit of length: the Earth's would be {9.81 / unit:.5g}"
     dense = {body: density for body in lengths if (density := _density_of(model, body)) > MAX_DENSITY}
     if dense:
         worst = max(dense, key=lambda body: dense[body])

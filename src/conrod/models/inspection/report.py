@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
+from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
 from conrod.models.loops.report import in_mm
 from conrod.report.kind import Index, Kind
@@ -15,6 +16,8 @@ from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
 
 MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
+SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
+TOLERANCE_SHARE = 1e-3  # of the travel, for a first tolerance
 MAX_ALARMS = 2  # of actuators in the first sentences
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
 
@@ -33,8 +36,10 @@ def finding(study: Inspection) -> str:
         sentences.append(f"And {_counted(len(more), 'more alarm')} of its actuators.")
     if not study.moving.passed and not study.moving.alarms:
         sentences.append("Nothing of it can move.")
-    if study.errors:
-        sentences.append(f"Lint has {_counted(len(study.errors), 'error')}: {_listed(e.rule for e in study.errors)}.")
+    if any(one.rule == "nothing-moves" for one in study.findings):
+        sentences.append("Nothing moves in its own run.")
+    if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
+        sentences.append(f"Lint has {_counted(len(errors), 'error')}: {_listed(errors)}.")
     return " ".join(sentences)
 
 
@@ -56,9 +61,7 @@ def _loading_lines(found: Loading) -> Iterator[str]:
     ]  # fmt: skip
     size = f"{quantity(found.across, 3)} m across, {quantity(found.mass, 3)} kg"
     yield f"yes: {', '.join(parts)}; {size}"
-    if found.left_out:
-        yield f"left out, as no motion needs it: {_listed(found.left_out)}"
-    yield from found.remarks
+    yield from (*found.left_out, *found.remarks)
 
 
 def _closing_lines(found: Closing) -> Iterator[str]:
@@ -97,19 +100,49 @@ def _range_lines(pose: PoseOpening) -> Iterator[str]:
 
 
 def _lint_lines(study: Inspection) -> Iterator[str]:
-    if not study.findings and not study.lint_notes:
+    told = [one for one in study.findings if one.rule not in SAID_BEFORE]
+    if not told and not study.lint_notes:
         yield "nothing"
-    for one in study.findings:
-        yield f"{one.severity.value} {one.rule}: {one.what}; {one.fix}"
+    for one in told:
+        yield f"{one.severity.value} {one.rule}: {one.what}: {one.fix}"
     yield from study.lint_notes
 
 
 # -- the command to type next ------------------------------------------------------------------------------------------
 
 
-def next_command(study: Inspection) -> str:
-    """Return the command to type next."""
-    return f"conrod lint {shlex.quote(study.file)}"
+def next_step(study: Inspection) -> str:
+    """Return what to do next, with the command to type."""
+    closing, again = study.closing, _command(study)
+    start = closing.start
+    if closing.apart or (not closing.passed and not start.closed):
+        what = "connect sites where the parts meet" if closing.apart else f"mend lengths and places of {start.worst}"
+        return f"{what}, then {again}"
+    for name, pose in (("closed", "" if closing.passed else start.closed), ("inside", start.inside)):
+        if pose:
+            return f"{_keyframe_words(name, pose)}, then {_command(study, '--keyframe', name)}"
+    if any(one.rule == "soft-closure" for one in study.errors):
+        return f"conrod harden {shlex.quote(study.file)}"
+    if study.motion is not None:
+        drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
+        allowed = 1e3 * TOLERANCE_SHARE * study.motion.travel
+        return _command(study, *drives, "--tolerance", f"position={allowed:.1g}mm")
+    return _command(study, "--drive", "JOINT=LAW")
+
+
+def _command(study: Inspection, *words: str) -> str:
+    """The command that inspects the same model, with further words."""
+    asked = study.question
+    unit = next(name for name, size in LENGTH_UNITS.items() if size == asked.unit)
+    given = [] if asked.unit == 1.0 else ["--unit", unit]
+    given += ["--keyframe", asked.keyframe] if asked.keyframe is not None and "--keyframe" not in words else []
+    return shlex.join(["conrod", "check", study.file, *given, *words])
+
+
+def _keyframe_words(name: str, pose: str) -> str:
+    if len(pose.split()) > MAX_POSE_NUMBERS:
+        return "write the pose that `conrod lint` prints as a keyframe"
+    return f'write <keyframe><key name="{name}" qpos="{pose}"/></keyframe>'
 
 
 # -- printing ----------------------------------------------------------------------------------------------------------
@@ -123,7 +156,7 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
         for question, lines in sections(study):
             yield f"{question:<18}{lines[0]}"
             yield from (f"{'':<18}{line}" for line in lines[1:])
-        yield from ("", f"next: {next_command(study)}", "")
+        yield from ("", f"next: {next_step(study)}", "")
 
 
 def _counted(count: int, one: str, many: str = "") -> str:
@@ -138,7 +171,7 @@ def _listed(names: Any) -> str:
 
 
 def _summary(study: Inspection) -> dict[str, Any]:
-    return {"passed": study.passed, "finding": finding(study), "next": next_command(study)}
+    return {"passed": study.passed, "finding": finding(study), "next": next_step(study)}
 
 
 def index_table(index: Index[Inspection]) -> Table:

@@ -10,9 +10,11 @@ import mujoco
 from conrod.errors import InvalidInput
 from conrod.mjcf.loading import data_at_start
 from conrod.mjcf.runs import user_model_errors
+from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.inspection.closing import examine_closing
-from conrod.models.inspection.loading import load_for_inspection
+from conrod.models.inspection.loading import URDF, load_for_inspection
 from conrod.models.inspection.moving_study import study_moving
+from conrod.models.inspection.prepared_document import prepared_document
 from conrod.models.inspection.results import Inspection, InspectionRequest, Moving
 from conrod.models.lint.bench import Document
 from conrod.models.lint.findings import Finding
@@ -29,19 +31,32 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
     """
     model, loading = load_for_inspection(path, question)
     with user_model_errors(path):
-        data, _ = data_at_start(model, question.keyframe, question.controls)
-        closing = examine_closing(model, question.keyframe)
+        controls = controls_in_metres(model, question.controls, question.unit)
+        data, _ = data_at_start(model, question.keyframe, controls)
+        closing = examine_closing(model, question.keyframe, question.unit)
         moving = study_moving(model, data)
         moved = Moving(moving.lines, moving.alarms, moving.passed, moving.actuators)
         found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moved)
-    findings, notes = lint_findings(path, question)
+    findings, notes = lint_findings(path, question, whole=not loading.left_out)
     return replace(found, findings=findings, lint_notes=notes)
 
 
-def lint_findings(path: Path, question: InspectionRequest) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
-    """What lint finds in a model, and notes on how it was judged."""
+def lint_findings(
+    path: Path, question: InspectionRequest, *, whole: bool
+) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
+    """What lint finds in a model, and notes on how it was judged.
+
+    Args:
+        whole: whether all that the file names is there.
+    """
     try:
-        bench, _ = prepare_bench(Document(path), question.keyframe, None, question.controls)
+        document = (
+            Document(path)
+            if whole and question.unit == 1.0 and path.suffix.lower() != URDF
+            else (prepared_document(path, question.unit, whole=whole))
+        )
+        controls = controls_in_metres(document.model, question.controls, question.unit)
+        bench, _ = prepare_bench(document, question.keyframe, None, controls)
         findings, notes, _ = judge_rules(bench, ())
     except InvalidInput as error:
         return (), (f"lint does not take it: {str(error).removeprefix(f'{path}: ')}",)

@@ -1,0 +1,153 @@
+"""`conrod check MODEL.xml` without any option: what is said of small models, each wrong in one way or sound."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from conrod.errors import InvalidInput
+from conrod.models.inspection.report import finding, next_step, sections
+from conrod.models.inspection.results import Inspection, InspectionRequest
+from conrod.models.inspection.study import inspect
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
+FOUR_BAR = (CASES / "four-bar-open.xml").read_text(encoding="utf-8")
+# The coupler and the rocker in the pose that closes them.
+CLOSED = FOUR_BAR.replace("0.965226376422846", "0.965226376422846").replace("1.98391805810863", "1.80941805810863")
+MESHES = """<mujoco><compiler meshdir="parts"/>
+  <asset><mesh name="base" file="base.stl"/><mesh name="arm" file="arm.stl"/>
+  <texture name="wood" type="2d" file="wood.png"/><material name="wood" texture="wood"/></asset>
+  <worldbody><geom type="mesh" mesh="base" material="wood"/><body name="upper"><joint name="shoulder" axis="0 1 0"/>
+    <inertial pos="0 0 0.1" mass="1" diaginertia="1e-2 1e-2 1e-3"/><geom name="skin" type="mesh" mesh="arm"/>
+    <body name="fore" pos="0 0 0.3"><joint name="elbow" axis="0 1 0"/>{geom}<geom type="mesh" mesh="arm"/></body></body>
+  </worldbody><sensor><framepos objtype="geom" objname="skin"/></sensor></mujoco>"""
+
+
+def inspected(text: str, folder: Path, name: str = "model.xml", **question: object) -> Inspection:
+    file = folder / name
+    file.write_text(text, encoding="utf-8")
+    return inspect(file, InspectionRequest(**question), file.stem)  # type: ignore[arg-type]
+
+
+def said(study: Inspection, section: str) -> str:
+    return "\n".join(line for question, lines in sections(study) for line in lines if section in question)
+
+
+# -- does it load? -----------------------------------------------------------------------------------------------------
+
+
+def test_missing_files_that_no_motion_needs_are_left_out(tmp_path: Path) -> None:
+    found = inspected(MESHES.format(geom='<geom size="0.05"/>'), tmp_path)
+    assert found.passed
+    words = said(found, "load")
+    assert "2 meshes (base.stl, arm.stl) and 1 texture (wood.png) are not there and left out" in words
+    assert "fore lacks the mass of arm.stl" in words
+    assert "upper lacks" not in words
+    assert not any("does not take it" in one for one in found.lint_notes)
+
+
+def test_a_missing_mesh_with_the_only_mass_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match=r"model.xml: arm.stl gives fore its only mass, and is not there"):
+        inspected(MESHES.format(geom=""), tmp_path)
+
+
+def test_an_unknown_plugin_is_left_out_with_its_parts(tmp_path: Path) -> None:
+    text = CLOSED.replace(
+        "</mujoco>",
+        '<extension><plugin plugin="my.spring"><instance name="soft"/></plugin></extension>'
+        '<actuator><plugin plugin="my.spring" instance="soft" joint="crank"/></actuator></mujoco>',
+    )
+    found = inspected(text, tmp_path)
+    assert "plugin my.spring is not known to MuJoCo" in said(found, "load")
+    assert "left out, with its actuator" in said(found, "load")
+    assert found.closing.passed
+
+
+def test_a_file_that_is_no_model_is_refused_as_before(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInput, match="MuJoCo cannot load it: XML Error"):
+        inspected("<mujoco><worldbody><bodi/></worldbody></mujoco>", tmp_path)
+
+
+URDF = """<robot name="arm"><link name="base"/><link name="upper">
+  <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><mesh filename="package://arm/upper.stl"/></geometry></collision></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+    <limit lower="-1" upper="1" effort="3" velocity="2"/></joint>
+  <transmission name="drive"/></robot>"""
+
+
+def test_urdf_is_read_and_what_it_loses_is_said(tmp_path: Path) -> None:
+    words = said(inspected(URDF, tmp_path, "arm.urdf"), "load")
+    assert "1 mesh (upper.stl) is not there and left out" in words
+    assert "velocity limits of shoulder are lost" in words
+    assert "1 <transmission>: no actuator is made of it" in words
+
+
+def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path) -> None:
+    text = CLOSED
+    for metres in ("0.26 ", "0.22 ", "0.008", "0.1 0", "0.3 0", "0.01"):
+        number, space, rest = metres.partition(" ")
+        text = text.replace(f'"{metres}', f'"{1e3 * float(number):g}{space}{rest}')
+        text = text.replace(f" {metres}", f" {1e3 * float(number):g}{space}{rest}")
+    text = text.replace('density="2000"', 'density="2e-6"')
+    typed = inspected(text, tmp_path)
+    assert "m long: is the model in millimetres? --unit mm says so" in said(typed, "load")
+    found, right = inspected(text, tmp_path, unit=1e-3), inspected(CLOSED, tmp_path, "metres.xml")
+    assert found.loading.remarks == right.loading.remarks == ()
+    assert found.loading.across == pytest.approx(right.loading.across, rel=1e-9)
+    assert found.loading.mass == pytest.approx(right.loading.mass, rel=1e-9)
+
+
+# -- does it close? ----------------------------------------------------------------------------------------------------
+
+
+def test_a_closed_four_bar_has_nothing_in_its_way(tmp_path: Path) -> None:
+    found = inspected(CLOSED, tmp_path)
+    assert found.passed
+    assert found.closing.start.largest < 1e-9
+    assert finding(found) == "It loads and closes. Nothing moves in its own run."
+    assert "no actuator drives it" in said(found, "moves")
+
+
+def test_an_open_loop_is_named_with_its_nearest_closed_pose(tmp_path: Path) -> None:
+    found = inspect(CASES / "four-bar-open.xml", InspectionRequest(), "open")
+    assert not found.passed
+    assert finding(found).startswith("It loads but does not close: pin2 is open by 38 mm in its own pose.")
+    pose = found.closing.start.closed
+    assert f'qpos="{pose}"' in next_step(found)
+    mended = FOUR_BAR.replace("</mujoco>", f'<keyframe><key name="closed" qpos="{pose}"/></keyframe></mujoco>')
+    assert inspected(mended, tmp_path, keyframe="closed").closing.passed
+
+
+def test_a_loop_open_by_a_millimetre_is_said(tmp_path: Path) -> None:
+    found = inspected(CLOSED.replace('name="R" pos="0.22 0 0"', 'name="R" pos="0.221 0 0"'), tmp_path)
+    assert not found.closing.passed
+    assert "pin2 is open by 1.0 mm" in said(found, "close")
+
+
+def test_an_anchor_that_is_off_its_parts_is_named() -> None:
+    found = inspect(CASES / "anchor-apart.xml", InspectionRequest(), "apart")
+    assert not found.passed
+    assert "pin holds rocker at a point 331 mm from its nearest geom: the parts do not meet" in finding(found)
+    assert next_step(found).startswith("connect sites where the parts meet, then conrod check")
+
+
+def test_a_start_outside_ranges_has_a_pose_inside(tmp_path: Path) -> None:
+    found = inspect(CASES / "folded-leg.xml", InspectionRequest(), "folded")
+    words = said(found, "close")
+    assert "its own pose has length at 0 m, outside its range 0.12 to 0.68 m" in words
+    assert found.closing.start.inside in next_step(found)
+
+
+def test_a_weld_to_a_mocap_body_is_a_handle_and_no_error() -> None:
+    found = inspect(CASES / "mocap-weld.xml", InspectionRequest(), "mocap")
+    assert found.passed
+    assert "hold is a handle: it drags hand after the mocap body handle" in said(found, "close")
+    assert found.findings == ()
+
+
+def test_a_model_that_stands_still_is_no_model_without_findings() -> None:
+    found = inspect(CASES / "steering.xml", InspectionRequest(), "steering")
+    assert "Nothing moves in its own run." in finding(found)
+    assert "note nothing-moves" in said(found, "else")
