@@ -13,8 +13,8 @@ from scipy.optimize import least_squares
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
 from conrod.exact.motion import Array
-from conrod.mjcf.request import Scan
-from conrod.models.check.frame import LENGTH_UNITS, GivenFrame, PlaneView
+from conrod.mjcf.request import LENGTH_UNITS, Scan
+from conrod.models.check.frame import GivenFrame, PlaneView
 from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,

@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Prismatic, Revolute
-from conrod.models.check.frame import LENGTH_UNITS
+from conrod.mjcf.request import LENGTH_UNITS
 
 NUMBER_TOLERANCE = 1e-6  # of the machine's size: numbers of a file with six digits
 MAX_MATCHES = 2000  # ways of laying one graph over the other that are looked at
