@@ -123,6 +123,15 @@ MISTAKES = {
     "validate saw-40rpm --crank a": ("--crank does not go with a scene: it is for a file",),
     "check t.csv": ("say with --scene",),
     f"{TABLE} saw-40rpm": ("t.csv: a file is judged on its own, without saw-40rpm",),
+    # What to type in place of what was typed.
+    "check saw.xml my.toml": ("as the machine of my.toml: conrod check saw.xml --scene my.toml",),
+    "lint saw-40rpm": (
+        "saw-40rpm: it is a scene",
+        "conrod export saw-40rpm --format mjcf -o saw-40rpm.xml && conrod lint",
+    ),
+    "harden shear-press": ("shear-press: it is a scene", "&& conrod harden shear-press.xml"),
+    "recommend saw.xml --position 1e-4": ("a model of your own is judged by: conrod check saw.xml --drive",),
+    "show saw-320rpm": ("another speed is given by --set: saw-500rpm --set speed=320rpm",),
     f"{TABLE} --crank hinge": ("--crank does not go with a table",),
     f"{TABLE} --estimate fase": ("unknown thing to estimate 'fase'",),
     f"{TABLE} --json link.csv": ("--json link.csv: it is the same file as the table",),

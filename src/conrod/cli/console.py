@@ -1,15 +1,17 @@
-"""Output of `conrod show`: a scene, the quantities of its linkage over a turn, and all quantities as JSON."""
+"""Output of `conrod show` and `conrod results`: a scene, its linkage over a turn, all as JSON; the ledger to read."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
+from typing import Any
 
 from conrod.comparison.plain_values import plain_values
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.linkage import InstantQuantities, OutputLink, TurnQuantities
 from conrod.exact.linkage.crank_range import CrankRange
+from conrod.execution.results_table import columns_of
 from conrod.mechanism.units import MM
 from conrod.report import numbers
 from conrod.report.folder import json_text
@@ -146,3 +148,24 @@ def linkage_text(name: str, scene: Scene, turn: TurnQuantities, instant: Instant
         "instant": plain_values(instant),
     }
     return json_text(document)
+
+
+# -- results ----------------------------------------------------------------------------------------------------------
+
+# What a reader looks at first; a file has all columns.
+TERMINAL_COLUMNS = (
+    "scene", "study", "engine", "engine_version", "preset", "steps_per_revolution", "outcome", "passed", "position_max",
+    "velocity_max",
+)  # fmt: skip
+
+
+def ledger_table(rows: Sequence[Mapping[str, Any]], wanted: Sequence[str] = ()) -> Table:
+    """Make a table to read of a ledger's rows: ten columns, or those that are wanted."""
+    columns = columns_of(rows, wanted) if wanted else TERMINAL_COLUMNS
+    right = [name for name in columns if any(isinstance(row.get(name), float) for row in rows)]
+    return table(columns, [[_cell(row.get(name)) for name in columns] for row in rows], right=right)
+
+
+def _cell(value: Any) -> str:
+    """Return a value as a cell to read: numbers in three digits, empty for None."""
+    return "" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)

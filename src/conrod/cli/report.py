@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from conrod.cli import FAILED, options, say
+from conrod.cli.options import names_in
 from conrod.cli.outputs import say_unfinished
 from conrod.errors import InvalidInput
 
@@ -76,14 +77,15 @@ def _verify(file: Path) -> None:
 @options.ledger
 @click.option("--csv", "csv_file", metavar="FILE", help="Write comma-separated values.")
 @options.document
-def results(ledger: str | None, csv_file: str | None, document: str | None) -> None:
+@click.option("--columns", metavar="NAME,...", help="These columns alone [on a terminal ten, otherwise all].")
+def results(ledger: str | None, csv_file: str | None, document: str | None, columns: str | None) -> None:
     """The ledger as a tidy table: a row for each run and machine that timed it; for pandas, polars or DuckDB.
 
-    Without a file the table goes to standard output as comma-separated values.
+    Without a file it is printed: as a table to read on a terminal, as comma-separated values in a pipe.
     """
     from conrod.execution.files import files_to_write
     from conrod.execution.ledger import Ledger, default_ledger_path
-    from conrod.execution.results_table import table_text
+    from conrod.execution.results_table import columns_of, table_text
     from conrod.execution.writing import name_file_in_errors, single_file, write_together
 
     path = default_ledger_path() if ledger is None else Path(ledger)
@@ -97,9 +99,16 @@ def results(ledger: str | None, csv_file: str | None, document: str | None) -> N
     if opened.damaged:
         words = f"{opened.damaged} runs in {path} cannot be read and are left out; the next study makes them again"
         say(f"conrod: {words}", err=True)
-    write_together([single_file(file, table_text(rows, option.lstrip("-"))) for option, file in files.items()])
+    wanted = names_in(columns) or ()
+    columns_of(rows, wanted)
+    write_together([single_file(file, table_text(rows, option.lstrip("-"), wanted)) for option, file in files.items()])
     if files:
         say(f"{len(rows)} rows: {', '.join(str(file) for file in files.values())}")
+    elif sys.stdout.isatty():
+        from conrod.cli.console import ledger_table
+        from conrod.report.terminal import print_parts
+
+        print_parts([ledger_table(rows, wanted), "" if wanted else f"{len(rows)} rows; all columns: --csv FILE"])
     else:
         with name_file_in_errors("standard output"):
-            say(table_text(rows, "csv"), nl=False)
+            say(table_text(rows, "csv", wanted), nl=False)

@@ -17,6 +17,7 @@ from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_t
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 
 MECHANISM_FILE = ".toml"
+MODEL_FILES = (".xml", ".mjcf", ".mjb", ".urdf")
 ALL_ENGINES = "all"
 STEPS_RANGE = (2, 10_000_000)
 REVOLUTIONS_RANGE = (1, 1_000_000)
@@ -242,7 +243,11 @@ def _find_scenes(names: Sequence[str]) -> dict[str, Scene]:
     files: dict[str, str] = {}
     for given in (one for name in names for one in (catalogue_names() if name == CATALOGUE else (name,))):
         if Path(given).suffix and not is_mechanism_file(given):
-            raise InvalidInput(f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}")
+            own = given.lower().endswith(MODEL_FILES)
+            judged = f"; a model of your own is judged by: conrod check {given} --drive JOINT=LAW" if own else ""
+            raise InvalidInput(
+                f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}{judged}"
+            )
         scene = _read_scene_file(given) if is_mechanism_file(given) else scene_named(given)
         name = scene.kind if is_mechanism_file(given) else given
         if name in files or (is_mechanism_file(given) and (name in SCENES or name in scenes)):

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
+from conrod.errors import unknown_choice
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.case import MEASURES, SIZES
 
@@ -84,15 +85,28 @@ def _result_columns(result: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def table_text(rows: Sequence[Mapping[str, Any]], form: str) -> str:
-    """Rows as text, with the union of their columns: csv, or json with one object a line."""
-    columns = list(dict.fromkeys(name for row in rows for name in row))
+def columns_of(rows: Sequence[Mapping[str, Any]], wanted: Sequence[str] = ()) -> list[str]:
+    """Names of the columns that any row has, or of those that are wanted.
+
+    Raises:
+        InvalidInput: no row has a column that is wanted; names the nearest.
+    """
+    known = list(dict.fromkeys(name for row in rows for name in row))
+    for name in wanted:
+        if rows and name not in known:
+            raise unknown_choice("column", name, known)
+    return list(wanted) or known
+
+
+def table_text(rows: Sequence[Mapping[str, Any]], form: str, wanted: Sequence[str] = ()) -> str:
+    """Rows as text, with the union of their columns or those wanted: csv, or json with one object a line."""
+    columns = columns_of(rows, wanted)
     if form == "json":
         lines = [json.dumps({name: row.get(name) for name in columns}, allow_nan=False) for row in rows]
         return "[\n" + ",\n".join(lines) + "\n]\n"
     stream = io.StringIO()
     if rows:
-        table = csv.DictWriter(stream, columns, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+        writer = csv.DictWriter(stream, columns, lineterminator="\n", extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(rows)
     return stream.getvalue()

@@ -68,7 +68,20 @@ def catalogue_text(name: str) -> str:
     for folder, names in ((_CATALOGUE_FOLDER, catalogue_names()), (_DYNAMICS_FOLDER, dynamics_names())):
         if name in names:
             return (folder / f"{name}{_FILE_SUFFIX}").read_text(encoding="utf-8")
-    raise unknown_choice("scene", name, [*SCENES, *catalogue_names(), *dynamics_names()])
+    raise _unknown_scene(name)
+
+
+def _unknown_scene(name: str) -> InvalidInput:
+    """Return the error for an unknown scene; of one with another speed, such as saw-320rpm, with what to type."""
+    names = [*SCENES, *catalogue_names(), *dynamics_names()]
+    error = unknown_choice("scene", name, names)
+    asked = re.fullmatch(r"(.+)-(\d+(?:\.\d+)?)rpm", name)
+    known = [one for one in names if asked and (one == asked[1] or re.fullmatch(rf"{re.escape(asked[1])}-\d+rpm", one))]
+    if asked is None or not known:
+        return error
+    return InvalidInput(
+        f"unknown scene {name!r}: another speed is given by --set: {known[-1]} --set speed={asked[2]}rpm"
+    )
 
 
 def catalogue_tables(name: str) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from conrod.errors import InvalidInput
+from conrod.scenes import SCENES, catalogue_names, dynamics_names
 
 FILE_ATTRIBUTE = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
 COMMENT = re.compile("<!--.*?-->", re.DOTALL)
@@ -31,6 +32,23 @@ def check_readable(path: Path) -> None:
         raise InvalidInput(f"{path}: it is a folder, not a file" if path.is_dir() else f"{path}: it is no regular file")
     if not os.access(path, os.R_OK):
         raise InvalidInput(f"{path}: it cannot be read: permission denied")
+
+
+def check_model_readable(path: Path, verb: str) -> None:
+    """Refuse a path that is no readable model; of a scene's name say how to have its model.
+
+    Args:
+        verb: of the command line that takes models, for what to type.
+
+    Raises:
+        InvalidInput: says why.
+    """
+    name = str(path)
+    if not path.exists() and name in (*SCENES, *catalogue_names(), *dynamics_names()):
+        model = f"{name}.xml"
+        typed = f"conrod export {name} --format mjcf -o {model} && conrod {verb} {model}"
+        raise InvalidInput(f"{name}: it is a scene, and {verb} takes a model's file: {typed}")
+    check_readable(path)
 
 
 @contextmanager

@@ -100,6 +100,8 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     if len(files) > 1:
         others = [one for one in files if one != name]
         beside = f"without {others[0]}" if others else "but it is named twice"
+        if others and others[0].lower().endswith(".toml"):
+            beside += f"; as the machine of {others[0]}: conrod check {name} --scene {others[0]}"
         raise InvalidInput(f"{name}: a file is judged on its own, {beside}")
     if scene is None:
         raise InvalidInput(f"{name}: say with --scene what machine it is; `conrod show` lists them")

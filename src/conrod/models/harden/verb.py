@@ -22,7 +22,7 @@ from conrod.report import numbers
 from conrod.report.table import Cell, ColouredCell, Verbatim, table
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.user_files.endings import MODELS
-from conrod.user_files.files import check_readable, protected_model_files
+from conrod.user_files.files import check_model_readable, protected_model_files
 
 BINARY = ".mjb"
 SECONDS = 1.0
@@ -63,7 +63,7 @@ def harden(model: str, asked: HardenOptions) -> None:
     2: bad usage.
     """
     path = Path(model)
-    check_readable(path)
+    check_model_readable(path, "harden")
     files = files_to_write({"-o": asked.output, "--json": asked.document}, protected_model_files(path))
     if (file := files.get("-o")) and file.suffix.lower() != BINARY:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")

@@ -18,7 +18,7 @@ from conrod.execution.writing import name_file_in_errors, real_path, single_file
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity, Value, sarif
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.user_files.endings import MODELS
-from conrod.user_files.files import check_readable, protected_model_files
+from conrod.user_files.files import check_model_readable, protected_model_files
 
 COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}
 
@@ -59,7 +59,7 @@ def lint(model: str, asked: LintOptions) -> None:
     Exit status 0: no errors, or what --fail-on says; 1: some; 2: bad usage.
     """
     path = Path(model)
-    check_readable(path)
+    check_model_readable(path, "lint")
     files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, protected_model_files(path))
     folder = real_path(files["--fix"]).parent if "--fix" in files else None
     controls = controls_in(asked.controls)
