@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel site check clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel site check environments clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -118,7 +118,12 @@ site: $(READY) ## the committed results and pages as a site of HTML files in sit
 wheel: $(READY)
 	$(BIN)/python -m build --wheel --outdir dist
 
+try-wheel: wheel ## install the wheel in a folder of its own and validate a machine with it
+	.ci/try_wheel dist/conrod-*.whl
+
 check: lint types test
+
+environments: $(READY) $(LOWEST)/.ready ## all that is installed for the tests
 
 clean:
 	rm -rf $(VENV) $(LOWEST) dist build
