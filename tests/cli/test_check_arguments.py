@@ -45,7 +45,7 @@ def test_a_value_of_another_form_is_refused_in_one_line(
     assert "\n" not in str(refused.value)
 
 
-def test_single_name_is_taken_as_a_sequence_of_one() -> None:
+def test_single_name_is_taken_as_a_sequence_of_one(at_once: None) -> None:
     # "mm" is not the units m and m.
     for units in ("mm", ["mm"]):
         found = check(TABLE, "saw-500rpm", units=units).study
@@ -56,7 +56,7 @@ def test_single_name_is_taken_as_a_sequence_of_one() -> None:
         limits("saw-500rpm", axes="step")
 
 
-def test_rotation_of_0_is_not_a_rotation_to_be_found(tmp_path: Path) -> None:
+def test_rotation_of_0_is_not_a_rotation_to_be_found(tmp_path: Path, at_once: None) -> None:
     asked: dict[str, Any] = {"baseline": tmp_path / "b.json", "accept": True, "revolutions": 1}
     assert check(MODEL, "saw-500rpm", **ON_MODEL, **asked, rotation=0.0).baseline.written
     asked["accept"] = False

@@ -25,11 +25,16 @@ _FOLDER = tempfile.TemporaryDirectory(prefix="conrod-tests-")
 os.environ.setdefault("CONROD_LEDGER", str(Path(_FOLDER.name) / "ledger.sqlite"))
 
 
-_HERE = Path.cwd()
-
-
 class Kept(WorkerProcess):
     """A worker that serves one command after another: to start one takes longer than most commands."""
+
+    folder: Path
+
+    def move_to(self, folder: Path) -> None:
+        """Work in a folder: files of a command are named from there."""
+        if folder != self.folder:
+            self.call(os.chdir, folder)
+            self.folder = folder
 
     def kill(self) -> None:
         if not self.ready:
@@ -52,19 +57,19 @@ def _end_all() -> None:
 
 
 def kept_worker(limits: CallLimits, interpreter: str | None = None) -> WorkerProcess:
-    """A worker of these limits that imports from where this process does now; a new one of another interpreter.
-
-    A command that runs in another folder has a new one too: its files are named from there.
+    """A worker of these limits, in this folder, that imports from where this process does now; a new one of another
+    interpreter.
     """
     if interpreter is not None:
         return WorkerProcess(limits, interpreter)
-    if Path.cwd() != _HERE:
-        return WorkerProcess(limits)
-    idle = _idle[limits, tuple(sys.path)]
+    idle, folder = _idle[limits, tuple(sys.path)], Path.cwd()
     while idle:
         if (worker := idle.pop()).ready:
+            worker.move_to(folder)
             return worker
-    return Kept(limits)
+    started = Kept(limits)
+    started.folder = folder
+    return started
 
 
 def conrod(
