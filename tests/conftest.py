@@ -40,6 +40,8 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 if "MUTANT_UNDER_TEST" in os.environ:  # `make mutants` sees which tests reach a function in this process alone
+    from nearest_tests import pytest_collection_modifyitems, pytest_runtest_protocol  # noqa: F401, hooks
+
     from conrod.execution import worker_process
 
     if os.environ["MUTANT_UNDER_TEST"] == "stats":

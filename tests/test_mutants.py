@@ -8,10 +8,12 @@ import subprocess
 import tomllib
 from abc import abstractmethod
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from killed_mutants import PAGE, function_of, listed_changes, main, modules
+from nearest_tests import FURTHER_SECONDS, distance, nearest_first, pytest_runtest_protocol
 from sampled_mutants import copy_project, sample, with_getters
 
 ROOT = Path(__file__).parents[1]
@@ -46,14 +48,16 @@ def test_a_module_below_the_bar_or_not_run_whole_fails(codes: list[int | None], 
 
 
 def test_modules_are_judged_one_by_one_and_survivors_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert exit_status_for(tmp_path, good=[1] * 100, bad=[1, 0, None], none=[]) == 1
+    assert exit_status_for(tmp_path, good=[1] * 100, bad=[1, 0, None], none=[], stopped=[1, 2]) == 1
     printed = capsys.readouterr()
     assert "conrod/bad.py: 1 of 2 killed, 0 equivalent, 50.0 %, 1 not run" in printed.out
     assert "survived: conrod.bad.x_f__mutmut_1" in printed.out
     assert "x_f__mutmut_2" not in printed.out, "it was not run"
-    assert "below 95 %: conrod/bad.py" in printed.err
+    assert "conrod/stopped.py: 1 of 2 killed" in printed.out
+    assert f"lived within {FURTHER_SECONDS:g} s of further tests: conrod.stopped.x_f__mutmut_1" in printed.out
+    assert "below 95 %: conrod/bad.py, conrod/stopped.py" in printed.err
     assert "not run, `make mutants` goes on with them: 1" in printed.err
-    assert [one.name for one in modules(tmp_path)] == ["conrod/bad.py", "conrod/good.py"]
+    assert [one.name for one in modules(tmp_path)] == ["conrod/bad.py", "conrod/good.py", "conrod/stopped.py"]
 
 
 def test_run_without_mutants_fails(tmp_path: Path) -> None:
@@ -92,6 +96,60 @@ def test_a_whole_run_writes_its_counts_into_the_page(tmp_path: Path) -> None:
     text = (tmp_path / "page.md").read_text(encoding="utf-8")
     assert "| `one.py` | 40 of 40 | 39 | 0 | 97.5 % |" in text
     assert "old" not in text
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "near"),
+    [
+        ("tests/mjcf/test_loading.py", "", 0),
+        ("tests/mjcf/test_loading_of_files.py", "", 0),
+        ("tests/mjcf/loading/test_files.py", "", 0),
+        ("tests/mjcf/test_words.py", "from conrod.mjcf.loading import load_model\n", 1),
+        ("tests/mjcf/test_words.py", "import os\nfrom conrod.mjcf import causes, loading\n", 1),
+        ("tests/mjcf/test_words.py", 'patch("conrod.mjcf.loading.load_model")', 1),
+        ("tests/mjcf/test_words.py", "from conrod.mjcf.loadings import x\nfrom conrod import loading\n", 2),
+        ("tests/mjcf/test_unloading.py", "from conrod.mjcf import causes\n", 2),
+    ],
+)
+def test_tests_are_near_that_are_named_after_or_import_a_module(file: str, text: str, near: int) -> None:
+    assert distance(file, text, "conrod.mjcf.loading") == near
+
+
+def test_near_tests_come_first_and_quick_files_before_slow_ones() -> None:
+    distances = {"far.py": 2, "quick.py": 2, "imports.py": 1, "named.py": 0}
+    known = {"far.py::a": 0.1, "far.py::b": 3.0, "quick.py::a": 0.2, "imports.py::a": 9.0, "named.py::slow": 2.0}
+    tests = ["far.py::b", "quick.py::a", "imports.py::a", "named.py::slow", "far.py::a", "named.py::new"]
+    assert nearest_first(tests, distances, known) == [
+        "named.py::new", "named.py::slow", "imports.py::a", "quick.py::a", "far.py::a", "far.py::b",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("file", "spent", "stopped"),
+    [
+        ("tests/mjcf/test_lint.py", 0.9 * FURTHER_SECONDS, False),
+        ("tests/mjcf/test_lint.py", 1.1 * FURTHER_SECONDS, True),
+        ("tests/mjcf/test_loading.py", 1.1 * FURTHER_SECONDS, False),  # of a near test
+    ],
+)
+def test_further_tests_stop_when_their_time_of_cpu_is_up(
+    file: str, spent: float, stopped: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MUTANT_UNDER_TEST", "conrod.mjcf.loading.x_f__mutmut_1")
+    limits, clock = list[tuple[int, int]](), iter([(3.0, 1.0, 0.5, 0.5, 99.0), (3.0 + spent, 1.0, 0.5, 0.5, 99.0)])
+    monkeypatch.setattr("resource.getrlimit", lambda _: (700, 1000))
+    monkeypatch.setattr("resource.setrlimit", lambda _, limit: limits.append(limit))
+    monkeypatch.setattr("time.process_time", lambda: 40.0)
+    monkeypatch.setattr("os.times", lambda: next(clock))
+    monkeypatch.setattr("nearest_tests._text", lambda _: "")
+    monkeypatch.setattr("nearest_tests._durations", lambda: {f"{file}::a": 2.0, f"{file}::b": 90.0})
+    session = SimpleNamespace(stash=pytest.Stash(), shouldstop=False)
+    for name in "ab":
+        item: Any = SimpleNamespace(nodeid=f"{file}::{name}", session=session)
+        pytest_runtest_protocol(item)
+    assert bool(session.shouldstop) is stopped
+    # 60 s and fifteen times as long as usual beyond what was spent, within mutmut's own limit.
+    assert limits == [(130, 1000), (1000, 1000)]
 
 
 SOURCE = '''

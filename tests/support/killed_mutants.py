@@ -15,11 +15,14 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from nearest_tests import FURTHER_SECONDS
+
 BAR = 0.95
 PAGE = Path(__file__).parents[2] / "docs" / "mutants.md"
 # Exit codes that mutmut keeps: a failed test, an error within pytest, a limit of time, a process that died. What was
 # not run, or that no test reaches, is not killed.
 KILLED = {1, 3, 24, 36, 152, 255, -24, -11, -9}
+STOPPED = 2  # of pytest: tests that are not near had their time (`nearest_tests`)
 
 COUNTS = re.compile(r"(?<=<!-- counts -->\n).*?(?=<!-- end of counts -->)", re.DOTALL)  # the table in the page
 
@@ -28,13 +31,18 @@ Change = tuple[str, str]  # function, and part of the line as the mutant has it
 
 @dataclass(frozen=True)
 class Module:
-    """Mutants of a module: names of survivors, and numbers of mutants not run, run, and in all."""
+    """Mutants of a module: names of survivors, and numbers of mutants not run, run, and in all.
+
+    Attributes:
+        bounded: survivors that not all tests were tried on, since their time was up.
+    """
 
     name: str
     survivors: tuple[str, ...]
     unrun: int
     count: int
     of: int
+    bounded: tuple[str, ...]
 
     @property
     def whole(self) -> bool:
@@ -56,7 +64,8 @@ def modules(folder: Path, chosen: Collection[str] | None = None) -> list[Module]
         survivors = tuple(key for key, code in codes.items() if code not in {*KILLED, None})
         if codes:
             name, unrun = str(file.relative_to(folder)).removesuffix(".meta"), sum(c is None for c in codes.values())
-            found.append(Module(name, survivors, unrun, len(codes) - unrun, len(every)))
+            bounded = tuple(key for key, code in codes.items() if code == STOPPED)
+            found.append(Module(name, survivors, unrun, len(codes) - unrun, len(every), bounded))
     return found
 
 
@@ -119,7 +128,9 @@ def main(folder: str, page: Path = PAGE, lines: Callable[[str], str] = changed_l
             f"{one.name}: {one.count - len(one.survivors)} of {one.count} killed, {alike} equivalent, "
             f"{100.0 * one.share(same):.1f} %" + f", {one.unrun} not run" * (one.unrun > 0) + f" (of {one.of})"
         )
-        print(*(f"    survived: {name}" for name in one.survivors if name not in same), sep="\n")
+        how = dict.fromkeys(one.bounded, f"lived within {FURTHER_SECONDS:g} s of further tests")
+        lived = (f"    {how.get(name, 'survived')}: {name}" for name in one.survivors if name not in same)
+        print(*lived, sep="\n")
     unrun = sum(one.unrun for one in found)
     if found and not unrun:
         page.write_text(

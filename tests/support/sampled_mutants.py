@@ -24,6 +24,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from killed_mutants import KILLED
+from nearest_tests import DURATIONS, PASSED_BEFORE
 
 ROOT = Path(__file__).parents[2]
 COPY = ROOT / "mutants"  # of the project; what mutmut makes lies in a folder of the same name in it
@@ -180,7 +181,7 @@ def main() -> int:
     parser.add_argument("--sample", type=int, default=20, help="mutants of a module at most; 0 for all")
     parser.add_argument("--seconds", type=float, default=3600.0, help="after which the run stops; the next goes on")
     parser.add_argument("--since", help="commit whose functions count as unchanged; the last one of docs/mutants.md")
-    parser.add_argument("--only", default="*", help="pattern of modules, such as src/conrod/mjcf/loops/*")
+    parser.add_argument("--only", nargs="+", default=["*"], help="patterns of modules, such as src/conrod/mjcf/*")
     asked = parser.parse_args()
     last = ["git", "log", "-1", "--format=%H", "--", PAGE]
     since = asked.since or subprocess.run(last, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
@@ -189,7 +190,7 @@ def main() -> int:
     chosen = choose(ROOT, COPY, asked.sample, since)
     (COPY / CHOSEN).write_text(json.dumps(chosen, indent=1), encoding="utf-8")
     done = {name for name, code in _results(COPY).items() if code is not None}
-    names = [n for file, one in chosen.items() if fnmatch.fnmatch(file, asked.only) for n in one["names"]]  # type: ignore[attr-defined]
+    names = [n for file, one in chosen.items() if _matches(file, asked.only) for n in one["names"]]  # type: ignore[attr-defined]
     left = [name for name in names if name not in done]
     print(f"{len(names)} mutants of {len(chosen)} modules, {len(names) - len(left)} run before", flush=True)
     if not left:
@@ -208,12 +209,13 @@ def run_mutmut(copy: Path, names: list[str], seconds: float) -> int:
     if DEBUG not in text:  # else it does not say which test fails without a defect
         settings.write_text(text.replace(SECTION, f"{SECTION}\n{DEBUG}"), encoding="utf-8")
     mutmut, log = Path(sys.executable).with_name("mutmut"), copy / "mutmut.log"
+    environment = {**os.environ, "PYTHONPATH": ""}
+    if not (copy / "mutants" / DURATIONS).exists():  # then mutmut first runs all tests to see what each reaches
+        environment[PASSED_BEFORE] = "1"
     command = [mutmut, "run", "--max-children", str(os.cpu_count() or 2), *names]
     end = time.monotonic() + seconds
     with log.open("w", encoding="utf-8") as output:
-        process = subprocess.Popen(
-            command, cwd=copy, env={**os.environ, "PYTHONPATH": ""}, stdout=output, stderr=output
-        )
+        process = subprocess.Popen(command, cwd=copy, env=environment, stdout=output, stderr=output)
         try:
             while process.poll() is None and time.monotonic() < end:
                 with suppress(subprocess.TimeoutExpired):
