@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Any
 
@@ -206,7 +207,16 @@ def test_points_that_do_not_move_in_a_plane_are_refused() -> None:
         with pytest.raises(InvalidInput) as refused:
             identify(SAW, wrong, GivenFrame())
         assert str(refused.value) == message
-    assert identify(SAW, replace(scan, wander=1e-7), GivenFrame())[0].is_machine(1e-9)
+
+
+@pytest.mark.parametrize(("unit", "limit"), [(1.0, 1e-6), (1e-3, 1e-6 * 1e3 * 2.0 * SAW.crank)])
+def test_axis_may_move_by_a_millionth_of_span_or_of_a_unit(unit: float, limit: float) -> None:
+    # Paths are as long as the stroke, of some two cranks: 0.2 of the unit in m, 200 in mm.
+    scan = scan_of(SAW, unit=unit)
+    for factor in (0.9, 1.1):
+        moved = replace(scan, wander=factor * limit)
+        with pytest.raises(InvalidInput, match="axis itself moves") if factor > 1.0 else nullcontext():
+            assert identify(SAW, moved, GivenFrame())[0].is_machine(1e-9)
 
 
 # -- references ------------------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from conrod.mechanism.mechanism import GROUND
 from conrod.mjcf.reading import tree_of
 from conrod.mjcf.request import ModelRequest, PointPlace
 from conrod.models.check.links import LinkDifference, LinkGraph, graph_of, link_differences
-from conrod.models.check.model_links import links_of
+from conrod.models.check.model_links import _PlanarModel, links_of
 from conrod.models.check.scene_causes import axial_gaps, refusal_causes, scene_causes, tilted_axes
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -243,6 +243,25 @@ def test_an_axis_that_is_tilted_out_of_the_plane_is_named(
     done = conrod("check", str(path), "--scene", "saw-40rpm", "--crank", "crank", "--point", "C=C", "--point", "M=M")
     assert done.returncode != 0
     assert words in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("joint", "along"), [
+    ('name="slide" type="slide" axis="1 0 0"', 0.1), ('name="crank-pin" type="hinge" axis="0 0 1"', 0.9),
+])  # fmt: skip
+def test_a_joint_is_planar_when_its_tilt_is_below_the_limit(
+    joint: str, along: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A tilt that is exactly the limit is not below it."""
+    axis = f'axis="{math.sqrt(1.0 - along**2)!r} 0 {along!r}"'
+    text = replace_once(exported("saw-40rpm"), joint, re.sub(r'axis="[^"]*"', axis, joint))
+    tree = tree_of(model := mujoco.MjModel.from_xml_string(text), model.qpos0)
+    tilted = next(one for one in tree.joints if f'name="{one.name}"' in joint)
+    share = _PlanarModel(tree, "crank").axial_share(tilted.body, tilted.axis)
+    assert share == pytest.approx(along)
+    tilt = share if along < 0.5 else 1.0 - share
+    for limit, planar in ((tilt, False), (tilt + 1e-12, True)):
+        monkeypatch.setattr("conrod.models.check.model_links.AXIS_TOLERANCE", limit)
+        assert (links_of(tree, "crank", {}) is not None) is planar
 
 
 def test_axes_are_compared_in_the_pose_of_the_keyframe() -> None:
