@@ -107,6 +107,14 @@ def test_sizes_are_those_of_mujoco() -> None:
     assert spring.exact
     (bent,) = seen(steps=1, rate=0.0, rod='stiffness="0.3 0.5" springref="0.2"', option='gravity="0 0 0"')
     assert not bent.exact  # the exact forces know linear springs
+    # Dampers of a rate of 20 rad/s: linear, of its square alone, of both, and of an actuator.
+    for damping, size, exact in (("0.5", 10.0, True), ("0 0.5", 200.0, False), ("0.5 0.25", 110.0, False)):
+        (damper,) = seen(steps=0, crank=f'damping="{damping}"')
+        assert (damper.kind, damper.name, damper.unit, damper.exact) == ("damper", "joint crank", "N m", exact)
+        assert damper.largest == pytest.approx(size)
+    for damping, size in (("0.5", 10.0), ("0 0.5", 200.0)):
+        motor = f'<actuator><general name="m" joint="crank" damping="{damping}"/></actuator>'
+        assert seen(steps=0, more=motor) == (OtherForce("damper", "actuator m", size, ""),)
 
 
 def test_acceleration_that_mujoco_lacks_is_second_derivative() -> None:

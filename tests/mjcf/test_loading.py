@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,8 @@ TEXT = """
         <geom size="0.1"/>
       </body>
     </body>
-    <body name="free"><joint name="loose" type="free"/><geom name="stone" size="0.1"/></body>
+    <body name="free"><joint name="loose" type="free"/><geom name="stone" size="0.1"/>
+      <site name="edge" pos="0 0.1 0"/></body>
   </worldbody>
   <actuator>
     <motor name="motor" joint="pin" ctrlrange="-2 3" ctrllimited="true"/>
@@ -77,7 +79,7 @@ def test_elements_have_names_or_numbers(model: mujoco.MjModel) -> None:
     assert names_of(model, "body") == ["world", "arm", "", "free"]
     assert names_of(model, "actuator") == ["motor", ""]
     assert names_of(model, "key") == ["start", ""]
-    assert (names_of(model, "site"), names_of(model, "geom")) == (["tip"], ["bar", "", "stone"])
+    assert (names_of(model, "site"), names_of(model, "geom")) == (["tip", "edge"], ["bar", "", "stone"])
     assert names_of(model, "equality") == []
     assert names_or_numbers(["a", "", "c", ""]) == ["a", "1", "c", "3"]
     assert name_or_number(model, "joint", 0) == "pin"
@@ -203,6 +205,8 @@ def test_files_are_loaded_as_text_or_binary(tmp_path: Path, model: mujoco.MjMode
     assert message.startswith(f"{tmp_path / 'bad.xml'}: MuJoCo cannot load it: ")
     assert "\n" not in message
     assert "there is no such file" in refusal(load_model, tmp_path / "none.xml")
+    (named := tmp_path / os.fsdecode(b"a\xff.xml")).write_text(TEXT)
+    assert refusal(load_model, named) == f"{named}: its name is no UTF-8, and MuJoCo cannot open it: rename it"
 
 
 # -- crank and points ------------------------------------------------------------------------------------------------
@@ -223,7 +227,7 @@ def test_a_crank_is_a_hinge(model: mujoco.MjModel) -> None:
 
 @pytest.mark.parametrize(("kind", "element", "body", "place"), [
     ("site", "tip", 1, (1.0, 3.0, 3.0)), ("body", "arm", 1, (1.0, 2.0, 3.0)), ("geom", "bar", 1, (1.0, 2.5, 3.0)),
-    ("geom", "stone", 3, (0.0, 0.0, 0.0)),
+    ("geom", "stone", 3, (0.0, 0.0, 0.0)), ("site", "edge", 3, (0.0, 0.1, 0.0)),
 ])  # fmt: skip
 def test_a_point_is_the_frame_of_a_site_a_body_or_a_geom(
     kind: str, element: str, body: int, place: tuple[float, ...], model: mujoco.MjModel
