@@ -188,6 +188,18 @@ def test_driven_run_has_a_contacts_settings_when_one_is_asked(
 
 
 @pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("kept", "steps"), [(401, [50, 100, 200, 400]), (400, [50, 100, 200]), (200, [50, 100])])
+def test_model_is_refined_as_far_as_samples_can_be_kept(
+    kept: int, steps: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A turn of 400 steps has 401 samples."""
+    monkeypatch.setattr("conrod.models.check.study.MAX_KEPT_SAMPLES", kept)
+    coarse = replace_settings(SAW, '<option timestep="0.015" integrator="RK4"/>')
+    study = judge_text(tmp_path, "saw", coarse, points=("C",), refine=True)
+    assert [point.steps_per_revolution for point in study.refined[OWN]] == steps
+
+
+@pytest.mark.usefixtures("no_presets")
 @pytest.mark.parametrize(
     "clock",
     [lambda run: run.times + run.times[1], lambda run: run.times * 1.0001],

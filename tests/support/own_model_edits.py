@@ -102,7 +102,8 @@ def identify_text(folder: Path, kind: str, text: str, given: GivenFrame | None =
 
 def judge_text(
     folder: Path, kind: str, text: str, turns: float = 1.0, tolerance: dict[str, float] | None = None,
-    spoil: Callable[[LoopRecording], LoopRecording] = lambda run: run, qualify: bool = False, **asked: object,
+    spoil: Callable[[LoopRecording], LoopRecording] = lambda run: run, refine: bool = False, qualify: bool = False,
+    **asked: object,
 ) -> ModelStudy:  # fmt: skip
     """Study a model against its machine, in this process; `spoil` changes each run before it is judged."""
     put = question(kind, **asked)
@@ -111,5 +112,5 @@ def judge_text(
     spoiled = patch.object(SceneBench, "judge", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
     with patch.multiple(scene_study, **known), spoiled:
         return scene_study.study_scene_model(
-            path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance, qualify=qualify
+            path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance, refine, qualify
         )

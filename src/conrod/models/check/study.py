@@ -92,7 +92,7 @@ def study_scene_model(
         refused = {"hardened": "hardening does not apply to contact"} if question.contacts else {}
         at_steps = {label: [bench.run_driven(label)] for label in LABELS if label not in refused}
         for finer in STEP_REFINEMENTS if refine else ():
-            if finer * revolutions * machine.period <= MAX_KEPT_SAMPLES * facts.timestep:
+            if bench.sample_count(facts.timestep / finer) <= MAX_KEPT_SAMPLES:
                 for label, same in at_steps.items():
                     same.append(bench.run_driven(label, finer))
         own_run, crank = bench.run_as_given()
@@ -144,16 +144,22 @@ class SceneBench:
         span = self.question.span
         return 0.0 if span is None else span[0] if self.speed > 0.0 else span[1]
 
-    def _times(self, step: float, begin: float | None = None) -> Array:
-        """Instants of a run, whose steps need not divide a turn; raises InvalidInput where they are too many.
+    def sample_count(self, step: float, begin: float | None = None) -> int:
+        """Number of samples of a run, whose steps [s] need not divide a turn.
 
         Args:
             begin: crank angle [rad] at which one pass begins; None for its own begin.
         """
-        span, samples = self.question.span, max(2, math.ceil(self.turns * self.period / step - 1e-9)) + 1
-        if span is not None:  # no step goes beyond its end
-            way = (span[1] - begin if self.speed > 0.0 else begin - span[0]) if begin is not None else math.inf
-            samples = max(2, math.floor(min(max(way, 0.0), self.question.width) / abs(self.speed) / step + 1e-6)) + 1
+        span = self.question.span
+        if span is None:
+            return max(2, math.ceil(self.turns * self.period / step - 1e-9)) + 1
+        way = (span[1] - begin if self.speed > 0.0 else begin - span[0]) if begin is not None else math.inf
+        # No step goes beyond the end of the pass.
+        return max(2, math.floor(min(max(way, 0.0), self.question.width) / abs(self.speed) / step + 1e-6)) + 1
+
+    def _times(self, step: float, begin: float | None = None) -> Array:
+        """Instants of a run [s]; raises InvalidInput where they are too many."""
+        samples = self.sample_count(step, begin)
         if samples > MAX_KEPT_SAMPLES:
             raise InvalidInput(
                 f"its timestep of {step:g} s makes {samples} samples of {self.turns:g} turns: "
