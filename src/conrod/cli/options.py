@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -246,7 +246,9 @@ class StudyOptions(ReportOptions, RunOptions):
 class JudgedOptions(ReportOptions):
     """Options of a verb that judges something, and may compare it with a baseline."""
 
-    tolerance: str | None = option("--tolerance", metavar="Q=T,...", help="Largest errors allowed, e.g. position=1e-4.")
+    tolerance: str | None = option(
+        "--tolerance", metavar="Q=T,...", help="Largest errors, e.g. position=0.1mm or 1e-4L."
+    )
     baseline: str | None = option("--baseline", OUTPUT, metavar="FILE", help="Compare with FILE; written if none.")
     accept: bool = option("--accept", OUTPUT, is_flag=True, help="Write the baseline again, as it is now.")
 
@@ -288,23 +290,36 @@ def names_in(text: str | None) -> tuple[str, ...] | None:
     return None if text is None else tuple(name.strip() for name in text.split(","))
 
 
-def tolerance_in(text: str | None, known: Collection[str]) -> dict[str, float] | None:
+def tolerance_in(text: str | None, known: Collection[str]) -> dict[str, float | str] | None:
     """Parse tolerances, as in `position=1e-4,velocity=1mm/s`; None where nothing was given.
 
     Args:
-        known: quantities that may be judged; units by quantity where they have units.
+        known: quantities that may be judged, normalised; or with their units, in SI.
+
+    Returns:
+        Numbers by quantity, and texts where they have a unit or need one, for `check_tolerance`.
 
     Raises:
-        InvalidInput: an unknown quantity, or a value that is no number.
+        InvalidInput: an unknown quantity, or a value that is no tolerance.
     """
     from conrod.errors import named_values
-    from conrod.mechanism.units import parse_quantity
+    from conrod.execution.tolerances import check_tolerance
 
     if text is None:
         return None
-    units = known if isinstance(known, Mapping) else dict.fromkeys(known, "")
-    given = named_values(text.split(","), "--tolerance", kind="quantity", known=units)
-    return {name: parse_quantity(f"--tolerance {name}", value, units[name]) for name, value in given.items()}
+    given = named_values(text.split(","), "--tolerance", kind="quantity", known=known)
+    check_tolerance(given, known)
+    return {name: number_or_text(value) for name, value in given.items()}
+
+
+Text = TypeVar("Text", str, str | None)
+
+
+def number_or_text(text: Text) -> float | Text:
+    """A plain number as a number; any other text, such as a size with a unit, and None as they are."""
+    from conrod.mechanism.units import NUMBER
+
+    return float(text) if text is not None and NUMBER.fullmatch(text.strip()) else text
 
 
 def controls_in(texts: Iterable[str]) -> dict[str, float]:

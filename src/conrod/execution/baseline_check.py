@@ -18,8 +18,8 @@ from conrod.execution import baseline
 from conrod.execution.baseline import ORDER_PREFIX, BandedNumber, Baseline, BaselineComparison, BaselineLine, KeptCost
 from conrod.execution.case import identity_digest
 from conrod.execution.files import check_writable_folder
-from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES
 from conrod.execution.result import JudgedResult, SceneResults
+from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
 from conrod.scenes import Scene
 from conrod.scenes.scene import canonical_json
 

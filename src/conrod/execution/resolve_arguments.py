@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
 from conrod.errors import InvalidInput, named_values, unknown_choice
-from conrod.exact.link_rotations import ROTATIONS
 from conrod.execution.families import MAX_MEMBERS, Value, member_arguments, members_of, split_values
 from conrod.execution.result import Plan
-from conrod.mechanism.units import check_count, check_number, unit_in_prose
+from conrod.execution.tolerances import ALL_TOLERANCE_NAMES, check_tolerance
+from conrod.mechanism.units import check_count
 from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
 from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
 
@@ -25,9 +25,6 @@ REVOLUTIONS_RANGE = (1, 1_000_000)
 MAX_KEPT_SAMPLES = 500_000
 # For runs that are compared while they run: some 40 us a step with the refinement path, so most would time out.
 MAX_STREAMED_SAMPLES = 20_000_000
-TOLERANCE_NAMES = ("position", "velocity", "acceleration", "total", "velocity_rms", "phase")
-ALL_TOLERANCE_NAMES = (*TOLERANCE_NAMES, *ROTATIONS)  # where links are compared as well as points
-MIN_TOLERANCE, MAX_TOLERANCE = 1e-300, 1e6
 
 
 OneScene: TypeAlias = str | Path | Scene | tuple[str, Scene]  # of a pair the first is what it is called
@@ -304,7 +301,7 @@ def make_plan(
     scenes: Mapping[str, Scene],
     steps_per_revolution: int | None,
     revolutions: int,
-    tolerance: Mapping[str, float] | None,
+    tolerance: Mapping[str, float | str] | None,
     max_samples: int = MAX_KEPT_SAMPLES,
 ) -> Plan:
     """Make the plan of a validation from checked arguments.
@@ -337,22 +334,3 @@ def _check_samples(name: str, steps: int, revolutions: int, max_samples: int = M
     if (samples := steps * revolutions) > max_samples:
         asked = f"{steps} steps x {revolutions} revolutions = {samples} samples"
         raise InvalidInput(f"{name}: {asked} are too many: there may be {max_samples}")
-
-
-def check_tolerance(tolerance: Mapping[str, float], known: Collection[str] = TOLERANCE_NAMES) -> dict[str, float]:
-    """Check allowed errors by quantity (normalised, or in SI units) and return them.
-
-    Args:
-        known: quantities that may be judged; units by quantity where they have units.
-
-    Raises:
-        InvalidInput: an unknown quantity, or a value that is not a positive number.
-    """
-    if not isinstance(tolerance, Mapping):
-        raise InvalidInput(f"--tolerance {tolerance!r}: give numbers by quantity, such as {{'position': 1e-4}}")
-    for name, allowed in tolerance.items():
-        if name not in known:
-            raise unknown_choice("quantity", name, known)
-        unit = unit_in_prose(known[name]) if isinstance(known, Mapping) else ""
-        check_number(f"--tolerance {name}", allowed, MIN_TOLERANCE, MAX_TOLERANCE, unit)
-    return dict(tolerance)

@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, Generic, Self, TypeVar
 
 from conrod.comparison.trajectory import Outcome
@@ -15,6 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.execution.case import Case, CaseResult, Study, contradictions
 from conrod.execution.prediction import POINTS_PREFIX
 from conrod.execution.run import MIN_PASS_STEPS
+from conrod.execution.tolerances import Limit, Scales, UnscaledLimit, scale_tolerance, scene_scales
 from conrod.scenes import Scene
 
 AS_ASKED = "as asked for"
@@ -30,6 +32,7 @@ class JudgedResult(CaseResult, ABC):
         preset: name; None in kinematic mode.
         order: observed, by quantity.
         passed: the verdict; None where nothing is judged.
+        weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`); None for 1.
     """
 
     scene: str
@@ -38,6 +41,7 @@ class JudgedResult(CaseResult, ABC):
     preset: str | None
     order: Mapping[str, float | None] | None = None
     passed: bool | None = None
+    weights: Mapping[str, Mapping[str, float]] | None = None
 
     @property
     @abstractmethod
@@ -67,7 +71,20 @@ class JudgedResult(CaseResult, ABC):
         pairs = {name: (self.judged_error(name), allowed) for name, allowed in self.limits.items()}
         return {name: pair for name, pair in pairs.items() if pair[0] is None or not pair[0] <= pair[1]}
 
-    def with_verdict(self, asked: Mapping[str, float] | None = None) -> Self:
+    def weigh(self, name: str, errors: Mapping[str, float]) -> dict[str, float]:
+        """Errors by point, times their weights for the tolerance of this name."""
+        weights = (self.weights or {}).get(name, {})
+        return {point: error * weights.get(point, 1.0) for point, error in errors.items()}
+
+    def judged_points(self, name: str) -> Mapping[str, float]:
+        """Judged errors by point or link; empty in studies that have none by point."""
+        return {}
+
+    def own_scales(self) -> Scales:
+        """SI size of a share of 1 by quantity, for what the scene's motion does not tell."""
+        return {}
+
+    def with_verdict(self, asked: Mapping[str, Limit] | None = None, scales: Scales = MappingProxyType({})) -> Self:
         """Judge the result, and return it with its verdict, `passed`.
 
         A result is judged by its own tolerances when it is made, and that is kept in the ledger. It is judged once more
@@ -75,10 +92,14 @@ class JudgedResult(CaseResult, ABC):
 
         Args:
             asked: tolerances of the user; None for the result's own.
+            scales: SI size of a share of 1, for tolerances that were given in units.
         """
         if self.outcome == Outcome.UNSUPPORTED.slug:
             return self
-        result = self if asked is None else self._with_tolerances(asked)
+        result = self
+        if asked is not None:
+            limits, weights = scale_tolerance(asked, {**scales, **self.own_scales()})
+            result = replace(self._with_tolerances(limits), weights=weights or None)
         if self.distrust:
             return replace(result, passed=False)
         passed = result.completed and not result.out_of_tolerance() and not (asked is None and result.other_failures())
@@ -142,7 +163,7 @@ class Plan:
 
     steps_per_revolution: int | None = None
     revolutions: float = 2.0
-    tolerance: Mapping[str, float] | None = None
+    tolerance: Mapping[str, Limit] | None = None
 
     def steps(self, scene: Scene) -> int:
         """Return the steps per revolution for a scene."""
@@ -225,9 +246,9 @@ class JudgedCase(Case, Generic[Found]):
         return effort
 
     @property
-    def tolerance(self) -> Mapping[str, float] | None:
+    def tolerance(self) -> Mapping[str, Limit] | None:
         """Tolerances that the user asked for; None for the study's own."""
-        asked: Mapping[str, float] | None = self.plan.tolerance
+        asked: Mapping[str, Limit] | None = self.plan.tolerance
         return asked or None
 
     @abstractmethod
@@ -248,7 +269,10 @@ class JudgedCase(Case, Generic[Found]):
     def requested_result(self, result: Found) -> Found:
         """Return the result under this case's name, judged by the tolerances that the user asked for, if any."""
         named = replace(result, **self.name_fields())
-        return named if self.tolerance is None else named.with_verdict(self.tolerance)
+        if self.tolerance is None:
+            return named
+        in_units = any(isinstance(limit, UnscaledLimit) for limit in self.tolerance.values())
+        return named.with_verdict(self.tolerance, scene_scales(self.scene) if in_units else {})
 
     @abstractmethod
     def run_fields(self) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from conrod.comparison.other_forces import OtherForce
 from conrod.comparison.trajectory import Outcome
@@ -35,6 +35,7 @@ class LoopRequest:
         tolerance: allowed errors by quantity [SI]; empty if the user gave none.
         machine: machine that the model must be, a name or a model file; None if it is its own reference.
         unit: unit of the file's lengths [m].
+        shares: allowed errors that were given as shares of `LoopStudy.scales`, by quantity.
     """
 
     drives: Mapping[str, str]
@@ -45,6 +46,12 @@ class LoopRequest:
     tolerance: Mapping[str, float] = field(default_factory=dict)
     machine: str | None = None
     unit: float = 1.0
+    shares: Mapping[str, float] = field(default_factory=dict)
+
+    def in_si(self, scales: Mapping[str, float]) -> LoopRequest:
+        """The same request with its shares of scales [SI] among the tolerances."""
+        sizes = {name: share * scales[name] for name, share in self.shares.items()}
+        return replace(self, tolerance={**self.tolerance, **sizes})
 
 
 @dataclass(frozen=True)
@@ -191,6 +198,7 @@ class LoopStudy:
         presets: runs of the file with its actuators and its step, with each preset's settings.
         begins: open start of the file's own run; None if its loops start closed.
         points: points that are judged.
+        scales: largest range of motion [m], speed and acceleration [SI] of the judged points; what shares are of.
         compared: comparison with the machine that the model must be; None if the model is its own reference.
     """
 
@@ -218,6 +226,7 @@ class LoopStudy:
     moved_start: str = ""
     about: str = ""
     points: tuple[str, ...] = ()
+    scales: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def begins_open(self) -> bool:

@@ -95,6 +95,27 @@ def allowed_text(name: str, size: float | None, lengths: Mapping[str, float] = M
     return error(name, size, lengths)
 
 
+# SI unit -> unit and factor of errors and tolerances that are printed beside their shares.
+SIZES_BESIDE_SHARES = {
+    "position": ("mm", 1e3), "closure": ("mm", 1e3), "total": ("mm", 1e3), "velocity": ("mm/s", 1e3),
+    "velocity_rms": ("mm/s", 1e3), "acceleration": ("m/s²", 1.0), "rotation": ("deg", 180.0 / math.pi),
+    "torque": ("N m", 1.0), "contact": ("N", 1.0), "speed": ("rpm", 60.0 / (2.0 * math.pi)),
+}  # fmt: skip
+
+
+def with_size(text: str, name: str, share: float, scale: float | None) -> str:
+    """Return the text of a share with its size behind it: `1e-4 (0.021 mm)`.
+
+    Args:
+        name: what the error or tolerance is of.
+        scale: SI size of a share of 1; None where it is not known.
+    """
+    if scale is None or name not in SIZES_BESIDE_SHARES:
+        return text
+    unit, factor = SIZES_BESIDE_SHARES[name]
+    return f"{text} ({scaled_text(share, factor * scale)} {unit})"
+
+
 def lengths(travels: Mapping[str, float]) -> str:
     """Return the travels L [m] of points as the end of a sentence, at least a full stop."""
     known = ", ".join(f"{point} {quantity(1e3 * length, 6)} mm" for point, length in travels.items())

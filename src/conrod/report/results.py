@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
 from conrod.execution.result import JudgedResult, SceneResults
+from conrod.execution.tolerances import Scales, judged_scale, scene_scales
 from conrod.report import numbers
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
@@ -32,8 +34,12 @@ def engine_and_preset(result: JudgedResult) -> tuple[str, str]:
     return engine_style(result.engine).title, result.preset or KINEMATIC
 
 
-def verdict_words(result: JudgedResult) -> str:
-    """Say whether a result is within tolerance, or why not, or why its run did not complete."""
+def verdict_words(result: JudgedResult, scene: Scene | None = None) -> str:
+    """Say whether a result is within tolerance, or why not, or why its run did not complete.
+
+    Args:
+        scene: scene of the result, whose sizes are printed beside shares; None for shares alone.
+    """
     if not result.completed:
         failed = "" if result.passed is not False else "failed, "
         return f"{failed}{result.outcome}: {result.reason or Outcome.from_slug(result.outcome).meaning}"
@@ -43,7 +49,23 @@ def verdict_words(result: JudgedResult) -> str:
         return "measured, not judged"
     if result.passed:
         return f"within tolerance{lacking_words(result)}"
-    return "OUT OF TOLERANCE: " + "; ".join([*exceeded_words(result.out_of_tolerance()), *result.other_failures()])
+    scales = {} if scene is None else judged_scales(result, {**scene_scales(scene), **result.own_scales()})
+    over = exceeded_words(result.out_of_tolerance(), scales=scales)
+    return "OUT OF TOLERANCE: " + "; ".join([*over, *result.other_failures()])
+
+
+def judged_scales(result: JudgedResult, scales: Scales) -> dict[str, float]:
+    """SI size of a share of 1 of each judged error, by quantity.
+
+    Args:
+        scales: by quantity and point or link.
+    """
+    weights = result.weights or {}
+    found = {
+        name: judged_scale(result.judged_points(name), scales.get(name, {}), weighed=name in weights)
+        for name in result.limits
+    }
+    return {name: scale for name, scale in found.items() if scale is not None}
 
 
 def lacking_words(result: JudgedResult) -> str:
@@ -58,22 +80,37 @@ def lacking_words(result: JudgedResult) -> str:
 
 
 def exceeded_words(
-    exceeded: Mapping[str, tuple[float | None, float]], allowed_text: Callable[[str, float], str] = numbers.allowed_text
+    exceeded: Mapping[str, tuple[float | None, float]],
+    allowed_text: Callable[[str, float], str] = numbers.allowed_text,
+    scales: Mapping[str, float] = MappingProxyType({}),
 ) -> list[str]:
-    """List the quantities out of tolerance, each with its error and tolerance."""
-    pairs = {PLAIN_NAMES.get(name, name): pair for name, pair in exceeded.items()}
+    """List the quantities out of tolerance, each with its error and tolerance.
+
+    Args:
+        scales: SI size of a share of 1, by quantity, to print sizes beside shares.
+    """
     return [
-        f"{name} has no error to judge"
+        f"{PLAIN_NAMES.get(name, name)} has no error to judge"
         if found is None
-        else f"{name} {numbers.error(name, found)} > {allowed_text(name, allowed)}"
-        for name, (found, allowed) in pairs.items()
+        else f"{PLAIN_NAMES.get(name, name)} {_error_and_limit(name, found, allowed, allowed_text, scales.get(name))}"
+        for name, (found, allowed) in exceeded.items()
     ]
+
+
+def _error_and_limit(
+    name: str, found: float, allowed: float, allowed_text: Callable[[str, float], str], scale: float | None
+) -> str:
+    """Return an error and its tolerance, as `4.7e-4 (0.1 mm) > 1e-4 (0.021 mm)`."""
+    error = numbers.with_size(numbers.error(name, found), name, found, scale)
+    return f"{error} > {numbers.with_size(allowed_text(name, allowed), name, allowed, scale)}"
 
 
 def scene_verdict(study: SceneResults[Any]) -> str:
     """Return the verdict on a scene, with each result that is out of tolerance."""
     failed = [
-        f"{' '.join(engine_and_preset(one))}: {verdict_words(one)}" for one in study.results if one.passed is False
+        f"{' '.join(engine_and_preset(one))}: {verdict_words(one, study.scene)}"
+        for one in study.results
+        if one.passed is False
     ]
     return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
 
@@ -94,9 +131,9 @@ def distrusted_scenes(studies: Sequence[SceneResults[Any]]) -> Iterator[PrintedP
     yield from (verdict_line(f"{study.name}: {summary_words(study.results)}", False) for study in doubted)
 
 
-def verdict_cell(result: JudgedResult, more: str = "") -> Cell:
-    """Return the verdict on a result as a coloured cell, with more words added."""
-    words = verdict_words(result) + more
+def verdict_cell(result: JudgedResult, scene: Scene, more: str = "") -> Cell:
+    """Return the verdict on a result of a scene as a coloured cell, with more words added."""
+    words = verdict_words(result, scene) + more
     if not result.completed and result.passed is None:
         return ColouredCell(words, "odd")
     return words if result.passed is None else ColouredCell(words, "good" if result.passed else "bad")
@@ -128,11 +165,11 @@ def results_table(
     studies: Sequence[SceneResults[R]],
     columns: Mapping[str, Callable[[R], str]],
     title: str,
-    verdict: Callable[[R], Cell] = verdict_cell,
+    verdict: Callable[[R, Scene], Cell] = verdict_cell,
 ) -> Table:
     """Return a row for each result: scene, engine, preset, given columns, verdict."""
     rows = [
-        (study.name, *engine_and_preset(r), *(text(r) for text in columns.values()), verdict(r))
+        (study.name, *engine_and_preset(r), *(text(r) for text in columns.values()), verdict(r, study.scene))
         for study in studies
         for r in study.results
     ]
@@ -153,7 +190,7 @@ def scene_summary(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]
             "outcome": r.outcome,
             "reason": r.reason,
             "passed": r.passed,
-            "verdict": verdict_words(r),
+            "verdict": verdict_words(r, study.scene),
             **more(r),
         }
         for r in study.results

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from conrod.comparison.convergence import claimed_order, numerical_uncertainty
@@ -186,7 +187,10 @@ def _run_criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[
             paths = {"position": study.kinematic_tolerance}
             proof = ("kinematic mode", paths, lambda _: study.identity.largest, PATHS_REASON)
             own = study.own
-            return [proof, *([("its own settings", study.limits, own.judged_error, CLOCK_REASON)] if own else [])]
+            return [
+                proof,
+                *([("its own settings", study.limits, partial(study.judged_error, own), CLOCK_REASON)] if own else []),
+            ]
         case LoopStudy():
             return [
                 (run.label, loop_limits(study.question.tolerance), run.judged_error, TOLERANCE_REASON)

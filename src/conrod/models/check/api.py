@@ -11,7 +11,8 @@ from typing import Any
 from conrod.errors import InvalidInput, as_mapping
 from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
-from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, check_tolerance, scene_by_name
+from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, scene_by_name
+from conrod.execution.tolerances import check_tolerance
 from conrod.mechanism.units import check_count, check_number
 from conrod.mjcf.request import ModelRequest, controls_of, places_of, size_of_unit
 from conrod.models.check import report as user_model
@@ -39,7 +40,7 @@ def check_model(
     controls: Mapping[str, float] | None = None,
     unit: str | None = None,
     revolutions: int = TURNS,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     refine: bool = False,
     qualify: bool = False,
     baseline: str | Path | None = None,

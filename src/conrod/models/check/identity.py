@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
 from math import comb
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -159,9 +160,14 @@ class Identity:
         """Largest distance of a point from its exact position, over the point's length."""
         return max(self.off_by.values())
 
-    def is_machine(self, tolerance: float) -> bool:
-        """True if the model is the machine within a tolerance, relative to each point's length."""
-        return not self.other_branch and self.largest <= max(tolerance, self.floor)
+    def is_machine(self, tolerance: float, weights: Mapping[str, float] = MappingProxyType({})) -> bool:
+        """True if the model is the machine within a tolerance, relative to each point's length.
+
+        Args:
+            weights: of each point's distance, for a tolerance given in units; 1 where none is given.
+        """
+        largest = max(size * weights.get(point, 1.0) for point, size in self.off_by.items())
+        return not self.other_branch and largest <= max(tolerance, self.floor)
 
 
 def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, ExactReference]:

@@ -89,11 +89,9 @@ def _judged_words(study: ModelStudy, run: JudgedRun) -> str:
 
 
 def _exceeded_words(study: ModelStudy, run: JudgedRun) -> str:
-    """List a run's quantities out of tolerance: 'position 7.4e-4 (0.16 mm) > 1.0e-4'."""
-    words, lengths = exceeded_words(study.exceeded_limits(run)), study.scene.lengths
-    sizes = {"loops open": in_mm(run.opening, {"": max(lengths.values())}), "position": _position_in_mm(study, run)}
-    named = [(one, next((size for name, size in sizes.items() if one.startswith(f"{name} ")), "")) for one in words]
-    return ", ".join(one.replace(" > ", f" ({size} mm) > ") if size else one for one, size in named)
+    """List a run's quantities out of tolerance: 'position 7.4e-4 (0.16 mm) > 1.0e-4 (0.021 mm)'."""
+    scales = {name: scale for name in study.limits if (scale := study.judged_scale(run, name)) is not None}
+    return ", ".join(exceeded_words(study.exceeded_limits(run), scales=scales))
 
 
 def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:

@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from conrod.comparison.compare import Size
+from conrod.comparison.compare import COMPARED_QUANTITIES, Size
 from conrod.comparison.other_forces import OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.numerics import largest_derivatives, phase_bound
+from conrod.execution.tolerances import judged_scale, point_scales
 from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.mjcf.request import ModelFacts, ModelRequest
 from conrod.models.check.identity import DEFAULT_TOLERANCE, Identity
@@ -75,6 +76,7 @@ class ModelStudy:
         points: points that the runs are compared at.
         refined: the same runs at coarser and finer steps, by label; empty without refinement.
         distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
+        weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
         qualified: verdicts on planted defects; None if none were planted.
     """
 
@@ -93,6 +95,7 @@ class ModelStudy:
     crank: CrankSpeed | None = None
     refined: Mapping[str, tuple[RefinementPoint, ...]] = field(default_factory=dict)
     distrust: str = ""
+    weights: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     qualified: Qualification | None = None
 
     @property
@@ -103,7 +106,7 @@ class ModelStudy:
     @property
     def is_machine(self) -> bool:
         """True if the model's points follow the machine's paths within `kinematic_tolerance`."""
-        return self.identity.is_machine(self.kinematic_tolerance)
+        return self.identity.is_machine(self.kinematic_tolerance, self.weights.get("position", {}))
 
     @property
     def has_start(self) -> bool:
@@ -184,6 +187,28 @@ class ModelStudy:
         derived = {"phase", "total"} - asked.keys()
         return {name: size for name, size in self.limits.items() if name not in derived}
 
+    def judged_points(self, run: JudgedRun, name: str) -> dict[str, float]:
+        """A run's errors that a tolerance of this name is compared with, by point; empty for those of no point."""
+        quantity, _, measure = name.partition("_")
+        if quantity not in COMPARED_QUANTITIES:
+            return {}
+        weights = self.weights.get(name, {})
+        found = {point: getattr(sizes[quantity], measure or "max") for point, sizes in (run.errors or {}).items()}
+        return {point: size * weights.get(point, 1.0) for point, size in found.items()}
+
+    def judged_error(self, run: JudgedRun, name: str) -> float:
+        """A run's error that a tolerance of this name is compared with; NaN if it did not complete."""
+        found = self.judged_points(run, name)
+        return float(np.max([*found.values()])) if found else run.judged_error(name)
+
+    def judged_scale(self, run: JudgedRun, name: str) -> float | None:
+        """SI size of a share of 1 of a run's judged error; None for a phase."""
+        lengths = self.scene.lengths
+        if name == CLOSURE:
+            return max(lengths.values())
+        scales = point_scales(lengths, self.scene.speed).get(name, {})
+        return judged_scale(self.judged_points(run, name), scales, weighed=name in self.weights)
+
     def exceeded_limits(self, *runs: JudgedRun) -> dict[str, tuple[float, float]]:
         """Quantities out of tolerance with found and allowed value, of all judged runs or of some.
 
@@ -193,7 +218,7 @@ class ModelStudy:
         for run in runs or self.judged:
             limits = self.limits if run is self.own else self.own_limits
             for name, allowed in limits.items() if run.errors is not None else ():
-                if not (found := run.judged_error(name)) <= allowed:
+                if not (found := self.judged_error(run, name)) <= allowed:
                     over[name] = max((found, allowed), over.get(name, (found, allowed)))
         return over
 

@@ -21,6 +21,7 @@ from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.execution.prediction import reference_misfit
 from conrod.execution.resolve_arguments import MAX_KEPT_SAMPLES
 from conrod.execution.result import misfit_words
+from conrod.execution.tolerances import Limit, scale_tolerance, scene_scales
 from conrod.mjcf.causes import add_causes_to_errors
 from conrod.mjcf.crank_speed import CrankSpeed
 from conrod.mjcf.driven_runs import is_on_other_branch, with_settings
@@ -51,7 +52,7 @@ def study_scene_model(
     question: ModelRequest,
     given: GivenFrame,
     revolutions: float,
-    tolerance: Mapping[str, float] | None,
+    tolerance: Mapping[str, Limit] | None,
     refine: bool = False,
     qualify: bool = False,
 ) -> ModelStudy:
@@ -80,8 +81,12 @@ def study_scene_model(
         # Compared are points that are where they should be on their links; all, where none is.
         points = tuple(point for point in turn.points if point not in wrong) or turn.points
         distrust = misfit_words(reference_misfit(machine))
-        parts = (str(path), name, machine, question, facts, identity, tolerance, revolutions)
-        found = ModelStudy(*parts, {}, {}, points, distrust=distrust)
+        limits, weights = scale_tolerance(tolerance or {}, scene_scales(machine) if tolerance else {})
+        if "total" not in limits and "position" in weights:
+            weights["total"] = weights["position"]
+        allowed = None if tolerance is None else limits
+        parts = (str(path), name, machine, question, facts, identity, allowed, revolutions)
+        found = ModelStudy(*parts, {}, {}, points, distrust=distrust, weights=weights)
         besides = causes_besides(turning.model, scene, question, identity, given, is_machine=found.is_machine)
         found = replace(
             found, model=replace(facts, about="; ".join(filter(None, (facts.about, *besides, *turning.left_out))))

@@ -131,7 +131,8 @@ def _refuse_kind(name: str, endings: Sequence[str]) -> None:
 def _check_model(name: str, asked: CheckOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.local import FILE_TIMEOUT
-    from conrod.execution.resolve_arguments import TOLERANCE_NAMES, select_scene
+    from conrod.execution.resolve_arguments import select_scene
+    from conrod.execution.tolerances import TOLERANCE_NAMES
     from conrod.mechanism.units import parse_quantity
     from conrod.models.check.api import TURNS, check_model
     from conrod.models.check.report import MODEL_REPORT
@@ -197,7 +198,8 @@ def _points_in(asked: CheckOptions, scene: Any) -> dict[str, str]:
 def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.exact.link_rotations import rotating_links
-    from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES, select_scene
+    from conrod.execution.resolve_arguments import select_scene
+    from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
     from conrod.models.fmu.api import STEPS, TURNS, check_fmu
     from conrod.models.tables.api import READING_TIMEOUT, check_table
     from conrod.models.tables.report import PART, TABLE_REPORT

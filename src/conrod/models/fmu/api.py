@@ -8,14 +8,9 @@ from typing import Any
 
 from conrod.errors import as_names
 from conrod.exact.link_rotations import rotating_links
-from conrod.execution.resolve_arguments import (
-    ALL_TOLERANCE_NAMES,
-    REVOLUTIONS_RANGE,
-    OneScene,
-    check_tolerance,
-    scene_by_name,
-)
+from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, scene_by_name
 from conrod.execution.runner import RUN_TIMEOUT
+from conrod.execution.tolerances import ALL_TOLERANCE_NAMES, check_tolerance
 from conrod.mechanism.units import check_count
 from conrod.models.tables.api import column_texts, table_findings
 from conrod.models.tables.columns import column_request
@@ -39,7 +34,7 @@ def check_fmu(
     preset: str | None = None,
     steps_per_rev: int = STEPS,
     revolutions: int = TURNS,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     timeout: float = RUN_TIMEOUT,
     baseline: str | Path | None = None,
     accept: bool = False,

@@ -12,7 +12,7 @@ from conrod.errors import InvalidInput, as_mapping, as_names
 from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
 from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
-from conrod.execution.resolve_arguments import check_tolerance
+from conrod.execution.tolerances import UnscaledLimit, check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
 from conrod.mjcf.request import controls_of, size_of_unit
@@ -37,7 +37,7 @@ def check_loops(
     keyframe: str | None = None,
     controls: Mapping[str, float] | None = None,
     seconds: float | None = None,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     machine: str | None = None,
     unit: str | None = None,
     baseline: str | Path | None = None,
@@ -53,7 +53,9 @@ def check_loops(
         keyframe: keyframe to assemble the model from; None for its reference pose.
         controls: inputs of actuators where the model runs as its file has it.
         seconds: length of the runs; None for a period of the slowest drive.
-        tolerance: largest error by quantity [m, m/s, m/s^2]; a position's bounds the opening of the loops, too.
+        tolerance: largest error by quantity: a number [m, m/s, m/s^2], or a text with a unit, or a share of the range
+            of motion (of the largest speed or acceleration), as "0.1mm" or "1e-4L"; a position's bounds the opening of
+            the loops, too.
         machine: machine that the model must be: a machine in space by name, or another model's file.
         unit: unit of the model's lengths: m, cm, mm or inch; metres where none is given.
         baseline, accept: as in `validate`.
@@ -68,9 +70,11 @@ def check_loops(
     if not laws and machine is not None and machine in MACHINES:
         laws = dict(MACHINES[machine]().drives)
     places = tuple(place.removeprefix("site:").removeprefix("body:") for place in as_names(points))
-    allowed = {} if tolerance is None else check_tolerance(tolerance, LOOP_UNITS)
+    given = {} if tolerance is None else check_tolerance(tolerance, LOOP_UNITS)
+    shares = {name: limit.size for name, limit in given.items() if isinstance(limit, UnscaledLimit)}
+    allowed = {name: limit for name, limit in given.items() if not isinstance(limit, UnscaledLimit)}
     question = LoopRequest(
-        laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine, size_of_unit(unit)
+        laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine, size_of_unit(unit), shares
     )
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
     words = {

@@ -92,7 +92,7 @@ def _own_run_words(study: LoopStudy) -> str:
         return f"{did}: not judged, nothing drives it (no control and no rate at its start)."
     did += "".join(f", {words}" for words in _law_words(shipped.laws))
     if shipped.exceeds(asked):
-        return f"{did}: OUT OF TOLERANCE (allowed {in_mm(loop_limits(asked)[LOOPS])})."
+        return f"{did}: OUT OF TOLERANCE (allowed {_with_share(study, LOOPS, loop_limits(asked)[LOOPS])})."
     if shipped.laws.differs:
         return f"{did}: OUT OF TOLERANCE."
     return f"{did}: {'within tolerance' if LOOPS in loop_limits(asked) else 'measured, not judged'}."
@@ -155,12 +155,13 @@ def _driven_run_words(study: LoopStudy) -> str:
     if own.outcome is not Outcome.COMPLETED:
         met = f"; {study.remarks[0]}" if study.remarks else ""
         return f"Driven with its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
-    off = in_mm(own.errors["position"])
+    off = _with_share(study, "position", own.errors["position"])
     gap = f"its loops open by up to {in_mm(own.gap or 0.0)}, and {own.worst} is off its exact place by {off}"
     if not study.question.tolerance:
         return f"Driven with its own settings {gap}: measured, not judged."
     over = [
-        f"{'loops open' if name == LOOPS else name} {_size_text(name, found)}, allowed {_size_text(name, allowed)}"
+        f"{'loops open' if name == LOOPS else name} {_with_share(study, name, found)}, "
+        f"allowed {_with_share(study, name, allowed)}"
         for name, (found, allowed) in own.exceeded_limits(study.question.tolerance).items()
     ]
     verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
@@ -192,7 +193,8 @@ def shipped_words(shipped: ShippedRun) -> str:
 
 
 def _cheapest_words(study: LoopStudy) -> str:
-    asked = ", ".join(f"{name} {_size_text(name, allowed)}" for name, allowed in study.question.tolerance.items())
+    limits = study.question.tolerance.items()
+    asked = ", ".join(f"{name} {_with_share(study, name, allowed)}" for name, allowed in limits)
     if (best := study.cheapest) is None:
         return f"None of the settings that were tried holds {asked}."
     cost = f"at {measured_text(best.cost)} times the cost of its own settings"
@@ -207,6 +209,12 @@ def in_mm(size: float) -> str:
 def _size_text(name: str, size: float) -> str:
     factor, unit = PAGE_UNITS["position" if name == LOOPS else name]
     return f"{measured_text(factor * size)} {unit}"
+
+
+def _with_share(study: LoopStudy, name: str, size: float) -> str:
+    """Return a size with its share of the range of motion, or of the largest speed or acceleration, behind it."""
+    scale = study.scales.get("position" if name == LOOPS else name, 0.0)
+    return f"{_size_text(name, size)} ({measured_text(size / scale)} L)" if scale else _size_text(name, size)
 
 
 def runs_table(study: LoopStudy) -> Table:

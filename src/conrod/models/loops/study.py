@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forc
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array, PointMotion
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
 from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, forces
@@ -197,6 +198,26 @@ class _LoopBench:
             moving = [name for name, way in ways.items() if way > least and name not in self.freedom.undetermined]
             others = f"; --point NAME takes {list_names(moving)}" if moving else ""
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
+        scales = _motion_scales([checked.points[name] for name in judged])
+        return replace(self, question=self.question.in_si(scales))._study_motion(
+            file, name, machine, checked, travel, scales
+        )
+
+    def _study_motion(
+        self,
+        file: str,
+        name: str,
+        machine: SpatialTree | None,
+        checked: SpatialMotion,
+        travel: float,
+        scales: Mapping[str, float],
+    ) -> LoopStudy:
+        """Compare a motion that was sampled at `CHECKED_INSTANTS`; return the study.
+
+        Args:
+            travel: largest distance [m] that a judged point moves from its start.
+            scales: as in `LoopStudy`.
+        """
         shipped = self._run_as_shipped(travel)  # what is wrong with controls is said before the runs
         shipped = self._compare_with_laws(shipped, checked, travel)
         kinematic, remarks = compare_kinematics(self.model, self.machine, self.points, checked)
@@ -213,7 +234,8 @@ class _LoopBench:
             shipped, runs, steps, best, paste,
             self._compare_with_machine(machine, checked, travel),
             {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
-            self._open_start(), self.moved_start, self._closure_words(), tuple(judged),
+            self._open_start(), self.moved_start, self._closure_words(),
+            tuple(point.name for point in self.points), scales=scales,
         )  # fmt: skip
 
     def _closure_words(self) -> str:
@@ -326,3 +348,10 @@ class _LoopBench:
         near = MAX_JOINT_GAP * travel
         compared = compare_with_laws(self.machine, self.model, data, names, self.seconds, allowed, near)
         return replace(shipped, laws=compared)
+
+
+def _motion_scales(points: Sequence[PointMotion]) -> dict[str, float]:
+    """Largest range of motion [m], speed and acceleration [SI] of points."""
+    apart = (np.linalg.norm(p.position[:, None] - p.position[None], axis=2).max() for p in points)
+    rates = {q: max(float(np.linalg.norm(getattr(p, q), axis=1).max()) for p in points) for q in QUANTITIES[1:]}
+    return {QUANTITIES[0]: max(map(float, apart)), **rates}

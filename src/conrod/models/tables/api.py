@@ -11,7 +11,8 @@ from conrod.errors import as_names
 from conrod.exact.link_rotations import rotating_links
 from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
-from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES, OneScene, check_tolerance, scene_by_name
+from conrod.execution.resolve_arguments import OneScene, scene_by_name
+from conrod.execution.tolerances import ALL_TOLERANCE_NAMES, check_tolerance
 from conrod.models.tables import report as trajectory
 from conrod.models.tables.baseline_lines import table_lines
 from conrod.models.tables.columns import column_request
@@ -32,7 +33,7 @@ def check_table(
     columns: Mapping[str, str] | None = None,
     units: str | Sequence[str] = (),
     estimate: str | Sequence[str] = (),
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     baseline: str | Path | None = None,
     accept: bool = False,
 ) -> Findings[TableStudy]:

@@ -50,11 +50,18 @@ def verdict_text(study: TableStudy) -> str:
     if study.passed:
         found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
         within = (
-            f"{_in_words(name)} {numbers.error(name, size)} <= {_tolerance_text(name, limit)}"
+            f"{_in_words(name)} {_with_size(study, name, numbers.error(name, size), size)} <= "
+            f"{_with_size(study, name, _tolerance_text(name, limit), limit)}"
             for name, size, limit in found
         )
         return f"within tolerance: {', '.join(within)}{unjudged}"
-    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text))}{unjudged}"
+    scales = {name: scale for name in study.exceeded if (scale := study.judged_scale(name)) is not None}
+    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text, scales))}{unjudged}"
+
+
+def _with_size(study: TableStudy, name: str, text: str, share: float | None) -> str:
+    """Return the text of a share with its size behind it."""
+    return numbers.with_size(text, name, share or 0.0, study.judged_scale(name))
 
 
 def _in_words(name: str) -> str:

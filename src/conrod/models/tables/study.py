@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from conrod.errors import InvalidInput
 from conrod.execution.prediction import reference_misfit
 from conrod.execution.result import misfit_words
+from conrod.execution.tolerances import Limit, judged_scale, scale_tolerance, scene_scales
 from conrod.models.tables.causes import MIN_NOTEWORTHY_ERROR, Cause, likely_causes
 from conrod.models.tables.clock import clock_limits
 from conrod.models.tables.columns import TIME, Column, quantities
@@ -44,6 +45,7 @@ class TableStudy:
         notes: sentences on what is not judged, or is judged otherwise than expected.
         unjudged: quantities outside the verdict, as `position of M`, `velocity`; empty where nothing is judged.
         distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
+        weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
     """
 
     file: str
@@ -62,6 +64,7 @@ class TableStudy:
     notes: tuple[str, ...]
     unjudged: tuple[str, ...]
     distrust: str = ""
+    weights: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def revolutions(self) -> float:
@@ -72,8 +75,20 @@ class TableStudy:
         """The largest error of a name in `ALL_ERRORS`, `velocity_rms` or `phase` [rad]; None if the table has none."""
         if name == "phase":
             return self.phase
+        return max(self.judged_points(name).values(), default=None)
+
+    def judged_points(self, name: str) -> dict[str, float]:
+        """Errors of a name in `ALL_ERRORS` or `velocity_rms` by point or link, times their weights."""
         of, measure = ("velocity", "rms") if name == RMS else (name, "max")
-        return max((getattr(curves[of].size, measure) for curves in self.errors.values() if of in curves), default=None)
+        found = {point: getattr(curves[of].size, measure) for point, curves in self.errors.items() if of in curves}
+        weights = self.weights.get(name, {})
+        return {point: size * weights.get(point, 1.0) for point, size in found.items()}
+
+    def judged_scale(self, name: str) -> float | None:
+        """SI size of a share of 1 of a judged error; None for a phase."""
+        return judged_scale(
+            self.judged_points(name), scene_scales(self.scene).get(name, {}), weighed=name in self.weights
+        )
 
     @property
     def exceeded(self) -> dict[str, tuple[float, float]]:
@@ -97,7 +112,7 @@ def study_table(
     scene: Scene,
     reading: Reading,
     asked: Sequence[str] = (),
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, Limit] | None = None,
 ) -> TableStudy:
     """Judge a table against the exact motion of a scene.
 
@@ -109,11 +124,14 @@ def study_table(
         InvalidInput: a tolerance of what the table has not or of what stands still, or an estimate of what the table
             does not tell.
     """
-    table, limits = TableComparison(reading.values, scene), dict(tolerance or {})
+    table = TableComparison(reading.values, scene)
+    limits, weights = scale_tolerance(tolerance or {}, scene_scales(scene) if tolerance else {})
     estimates = estimate(table, asked) if asked else ()
     table = align_clock(table, estimates)
     _check_pass(table)
     allowed = {**clock_limits(table, reading, limits), **limits}
+    if "total" not in limits and "position" in weights:
+        weights["total"] = weights["position"]
     found = TableStudy(
         file=file,
         scene_name=scene_name,
@@ -131,6 +149,7 @@ def study_table(
         notes=tuple(_notes(reading, table)),
         unjudged=unjudged_quantities(table, allowed),
         distrust=misfit_words(reference_misfit(scene)),
+        weights=weights,
     )
     for name in limits:
         if found.largest(name) is None:

@@ -9,7 +9,8 @@ from typing import Any
 
 from conrod.errors import InvalidInput, as_names
 from conrod.execution.local import call_on_file
-from conrod.execution.resolve_arguments import OneScene, check_tolerance, scene_by_name
+from conrod.execution.resolve_arguments import OneScene, scene_by_name
+from conrod.execution.tolerances import check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.models.tables.api import READING_TIMEOUT
 from conrod.models.tables.columns import column_request
@@ -34,7 +35,7 @@ def check_torque_run(
     start: tuple[float, float] | float | None = None,
     columns: Mapping[str, str] | None = None,
     units: str | Sequence[str] = (),
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
 ) -> Findings[TorqueRunStudy]:
     """Judge a run under a torque on the crank, made by any tool, by the exact motion of the scene under it.
 

@@ -48,14 +48,22 @@ def verdict_text(study: TorqueRunStudy) -> str:
         return distrust_words(study)
     unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""
     if study.exceeded:
-        words = exceeded_words(study.exceeded, _tolerance_text)
+        scales = {name: scale for name in study.exceeded if (scale := study.judged_scale(name)) is not None}
+        words = exceeded_words(study.exceeded, _tolerance_text, scales)
         when = ", ".join(f"{name} at {_time_of_largest(study, name):.4g} s" for name in study.exceeded)
         return f"OUT OF TOLERANCE: {', '.join(words)} (largest: {when}){unjudged}"
     within = (
-        f"{name} {numbers.error(name, study.largest(name))} <= {_tolerance_text(name, limit)}"
+        f"{name} {_with_size(study, name, numbers.error(name, size), size)} <= "
+        f"{_with_size(study, name, _tolerance_text(name, limit), limit)}"
         for name, limit in study.tolerance.items()
+        for size in (study.largest(name) or 0.0,)
     )
     return f"within tolerance: {', '.join(within)}{unjudged}"
+
+
+def _with_size(study: TorqueRunStudy, name: str, text: str, share: float) -> str:
+    """Return the text of a share with its size behind it."""
+    return numbers.with_size(text, name, share, study.judged_scale(name))
 
 
 def _time_of_largest(study: TorqueRunStudy, name: str) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,11 +13,12 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.execution.prediction import reference_misfit
 from conrod.execution.result import misfit_words
+from conrod.execution.tolerances import Limit, judged_scale, point_scales, scale_tolerance
 from conrod.models.tables.causes import MIN_NOTEWORTHY_ERROR, Cause
 from conrod.models.tables.columns import CRANK_ANGLE, CRANK_SPEED, TIME, Column
 from conrod.models.tables.reading import Reading
 from conrod.models.torque_runs.causes import likely_run_causes
-from conrod.models.torque_runs.comparison import JUDGED_QUANTITIES, PHASE, RunComparison, check_start
+from conrod.models.torque_runs.comparison import CRANK, JUDGED_QUANTITIES, PHASE, SPEED, RunComparison, check_start
 from conrod.models.torque_runs.exact import CrankStart, exact_motion, quantities_of
 from conrod.models.torque_runs.question import RunQuestion
 from conrod.models.torque_runs.torque import Torque
@@ -70,6 +71,7 @@ class TorqueRunStudy:
         unjudged: quantities outside the verdict.
         drift: error of the energy balance of the exact motion, over the largest energy that took part.
         distrust: how the exact motion contradicts itself, in words; empty if it does not.
+        weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
     """
 
     file: str
@@ -91,10 +93,21 @@ class TorqueRunStudy:
     unjudged: tuple[str, ...]
     drift: float
     distrust: str = ""
+    weights: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     def largest(self, name: str) -> float | None:
         """The largest error of a quantity over all points, or of the crank; None where the run has none."""
-        return max((one[name].size.max for one in self.errors.values() if name in one), default=None)
+        return max(self.judged_points(name).values(), default=None)
+
+    def judged_points(self, name: str) -> dict[str, float]:
+        """Errors of a quantity by point, or of the crank, times their weights."""
+        found, weights = {p: one[name].size.max for p, one in self.errors.items() if name in one}, self.weights
+        return {point: size * weights.get(name, {}).get(point, 1.0) for point, size in found.items()}
+
+    def judged_scale(self, name: str) -> float | None:
+        """SI size of a share of 1 of a judged error; None for a phase."""
+        scales = {**point_scales(self.scene.lengths, self.speed), SPEED: {CRANK: self.speed}}
+        return judged_scale(self.judged_points(name), scales.get(name, {}), weighed=name in self.weights)
 
     @property
     def exceeded(self) -> dict[str, tuple[float, float]]:
@@ -117,7 +130,7 @@ def study_torque_run(
     reading: Reading,
     torque: Torque,
     start: CrankStart,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, Limit] | None = None,
 ) -> TorqueRunStudy:
     """Judge a run against the exact motion of a scene under a torque on its crank.
 
@@ -133,7 +146,6 @@ def study_torque_run(
     if times[0] < 0.0:
         raise InvalidInput(f"the first time is {times[0]:.9g} s: the motion begins at time 0, with the machine's start")
     check_start(scene, values, float(times[0]))
-    allowed = dict(USUAL_TOLERANCE if tolerance is None else tolerance)
     motion = exact_motion(scene_name, scene, torque, start, times)
     exact = quantities_of(scene, motion.poses, motion.rates, motion.accelerations)
     if not exact[CRANK_SPEED].any():
@@ -141,7 +153,9 @@ def study_torque_run(
     if not exact[CRANK_SPEED].any():
         raise InvalidInput(f"{scene_name}: it stays at rest: neither the torque nor a weight or load moves it")
     run = RunComparison(values, exact, scene.lengths, float(np.abs(exact[CRANK_SPEED]).max()))
-    allowed = _judged_tolerances(run, allowed, asked=tolerance is not None)
+    scales = {**point_scales(run.lengths, run.speed), SPEED: {CRANK: run.speed}}
+    limits, weights = scale_tolerance(USUAL_TOLERANCE if tolerance is None else tolerance, scales)
+    allowed = _judged_tolerances(run, limits, asked=tolerance is not None)
     first = scene.speed if start.speed is None else start.speed
     found = TorqueRunStudy(
         file=file, scene_name=scene_name, scene=scene, torque=torque.words,
@@ -150,7 +164,7 @@ def study_torque_run(
         rows=len(reading.values[TIME]), compared=len(times), span=(float(times[0]), float(times[-1])),
         speed=run.speed, errors=_error_curves(run), tolerance=allowed, causes=(),
         notes=tuple(_notes(scene, reading, len(times))), unjudged=tuple(_unjudged_quantities(run, allowed)),
-        drift=motion.drift, distrust=_distrust(scene, motion.drift),
+        drift=motion.drift, distrust=_distrust(scene, motion.drift), weights=weights,
     )  # fmt: skip
     wrong = [
         name for name in JUDGED_QUANTITIES

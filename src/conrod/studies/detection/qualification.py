@@ -18,6 +18,7 @@ from conrod.errors import InvalidInput
 from conrod.exact import ExactReference
 from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, JudgedResult, Plan, case_results
+from conrod.execution.tolerances import Limit, scene_scales
 from conrod.scenes import Scene
 from conrod.studies.detection.defects import MASS_DEFECT, MOTION_DEFECTS, Defect, DefectFunction, Recording
 from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, force_peaks
@@ -42,7 +43,7 @@ Judge = Callable[[Recording], JudgedResult]
 
 
 def motion_judge(
-    result: ValidationResult, healthy: ExactReference, asked: Mapping[str, float] | None
+    result: ValidationResult, healthy: ExactReference, asked: Mapping[str, Limit] | None
 ) -> Callable[[Recording], ValidationResult]:
     """Return the judge of `conrod validate`, which compares a recording with its reference.
 
@@ -51,6 +52,8 @@ def motion_judge(
         healthy: reference without a defect, whose branch the run has to keep.
         asked: tolerances that replace those of the result; None to keep them.
     """
+
+    scales = scene_scales(healthy) if asked else {}
 
     def judge_recording(given: Recording) -> ValidationResult:
         errors, links, run = RunErrors(), LinkSizes(), given.run.trajectory
@@ -62,7 +65,7 @@ def motion_judge(
             [piece], round(run.settings.steps_per_revolution * result.revolutions) + 1, given.reference, errors, links
         )
         found = {"links": links.errors, **errors.as_dict()} if ended.outcome is Outcome.COMPLETED else {}
-        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict(asked)
+        return replace(result, outcome=ended.outcome.slug, reason=ended.reason, **found).with_verdict(asked, scales)
 
     return judge_recording
 

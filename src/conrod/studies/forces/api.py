@@ -12,7 +12,6 @@ from conrod.execution.baseline_check import BaselineCheck, scene_lines
 from conrod.execution.resolve_arguments import (
     Engines,
     Scenes,
-    check_tolerance,
     choose_engines,
     engine_names_given,
     make_plan,
@@ -21,6 +20,7 @@ from conrod.execution.resolve_arguments import (
 )
 from conrod.execution.result import presets_study
 from conrod.execution.runner import Runner, Runs
+from conrod.execution.tolerances import check_tolerance
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.studies.forces.report import FORCES_REPORT
@@ -38,7 +38,7 @@ def forces(
     preset: str | None = None,
     steps_per_rev: int | None = None,
     revolutions: int = REVOLUTIONS,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     baseline: str | Path | None = None,
     accept: bool = False,
     runs: Runs | None = None,

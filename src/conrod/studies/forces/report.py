@@ -17,8 +17,9 @@ from conrod.report.results import (
     scene_verdict,
     verdict_cell,
 )
-from conrod.report.table import Table, table
+from conrod.report.table import Cell, Table, table
 from conrod.report.terminal import PrintedPart
+from conrod.scenes import Scene
 from conrod.studies.forces.results import GROUPS, ForceResult, ForceStudy, is_moment
 
 TITLE = "largest error over the run, by the exact peak; of contact rms between arc joints, of means of 16 steps"
@@ -50,7 +51,11 @@ def verdicts_table(found: Sequence[ForceStudy]) -> Table:
     columns: dict[str, Callable[[ForceResult], str]] = {"steps/rev": lambda r: str(r.steps_per_revolution)}
     columns |= {g: lambda r, g=g: numbers.measured_text(r.judged_error(g)) for g in groups}  # type: ignore[misc]
     columns |= {f"order of {g}": lambda r, g=g: numbers.order((r.order or {}).get(g)) for g in groups}  # type: ignore[misc]
-    return results_table(found, columns, TITLE, lambda r: verdict_cell(r, "".join(f"; {w}" for w in lacking(r))))
+
+    def verdict(result: ForceResult, scene: Scene) -> Cell:
+        return verdict_cell(result, scene, "".join(f"; {words}" for words in lacking(result)))
+
+    return results_table(found, columns, TITLE, verdict)
 
 
 def errors_tables(study: ForceStudy) -> list[Table]:

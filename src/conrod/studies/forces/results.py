@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.exact.dynamics.inverse import TORQUE
 from conrod.execution.result import AS_ASKED, JudgedResult, SceneResults, misfit_words
+from conrod.execution.tolerances import Scales
 
 GROUPS = ("torque", "reactions", "contact")
 # A wrong mass is claimed from errors that look like more than half of a detectable change of it.
@@ -100,8 +101,10 @@ class ForceResult(JudgedResult):
 
     def largest(self, quantity: str, measure: str = "max") -> float | None:
         """Largest error of a group by a measure (max, rms, between); None if nothing is reported."""
-        found = [self.errors[name] for name in self.groups.get(quantity, ()) if self.errors and name in self.errors]
-        sizes = [size for one in found if (size := getattr(one, measure)) is not None]
+        errors = self.errors or {}
+        found = {name: errors[name] for name in self.groups.get(quantity, ()) if name in errors}
+        known = {name: size for name, one in found.items() if (size := getattr(one, measure)) is not None}
+        sizes = list(self.weigh(quantity, known).values())
         # NumPy's max, since Python's would skip a NaN.
         return float(np.max(sizes)) if sizes else None
 
@@ -118,6 +121,15 @@ class ForceResult(JudgedResult):
             for g, pair in super().out_of_tolerance().items()
             if not unreported.keys() >= set(self.groups.get(g, ()))
         }
+
+    def judged_points(self, name: str) -> Mapping[str, float]:
+        known = {one: size.max for one in self.groups.get(name, ()) if (size := (self.errors or {}).get(one))}
+        return self.weigh(name, known)
+
+    def own_scales(self) -> Scales:
+        """Exact peaks [N m or N] by group and quantity."""
+        known = self.errors or {}
+        return {g: {name: known[name].peak for name in names if name in known} for g, names in self.groups.items()}
 
     def apparent_wrong_masses(self) -> dict[str, float]:
         """Return the likeness of each wrong mass that the errors look like, by "body.property"."""

@@ -12,13 +12,13 @@ from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.resolve_arguments import (
     Engines,
     Scenes,
-    check_tolerance,
     choose_engines,
     engine_names_given,
     scenes_by_name,
     select_presets,
 )
 from conrod.execution.runner import Runner, Runs
+from conrod.execution.tolerances import check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
 from conrod.studies.free_motion.baseline_lines import motion_lines
@@ -38,7 +38,7 @@ def free_motion(
     step: float | None = None,
     engines: Engines = None,
     preset: str | None = None,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     baseline: str | Path | None = None,
     accept: bool = False,
     runs: Runs | None = None,

@@ -13,6 +13,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import FreeMotion
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.motion import Array
+from conrod.execution.tolerances import Limit, UnscaledLimit
 from conrod.mechanism.loads import Load, SpeedLine, Steady, TimePulse, Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
@@ -46,13 +47,14 @@ class MotionPlan:
     motion: str
     seconds: float | None = None
     step: float | None = None
-    tolerance: Mapping[str, float] | None = None
+    tolerance: Mapping[str, Limit] | None = None
     step_factor: float = 1.0
 
     @property
     def leaving(self) -> float:
         """Position error, over L, at whose first instant a run leaves the exact motion."""
-        return (self.tolerance or {}).get("position", POSITION_TOLERANCE)
+        asked = (self.tolerance or {}).get("position", POSITION_TOLERANCE)
+        return POSITION_TOLERANCE if isinstance(asked, UnscaledLimit) else asked
 
     def keep_acting_loads(self, mechanism: Mechanism, name: str) -> Mechanism:
         """Return the mechanism with all loads, or without the loads that can drive the crank.

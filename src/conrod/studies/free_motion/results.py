@@ -98,6 +98,14 @@ class MotionResult(JudgedResult):
             return float(np.max(found)) if found else None
         return None if self.energy is None else self.energy[measure]
 
+    def judged_error(self, name: str) -> float | None:
+        found = list(self.judged_points(name).values())
+        return (float(np.max(found)) if found else None) if name == "position" else self.largest(name)
+
+    def judged_points(self, name: str) -> Mapping[str, float]:
+        sizes = self.errors or {} if name == "position" else {}
+        return self.weigh(name, {point: size["max"] for point, size in sizes.items()})
+
     def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:
         return replace(self, tolerance=dict(tolerances))
 

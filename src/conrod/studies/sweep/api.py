@@ -16,6 +16,7 @@ from conrod.execution.resolve_arguments import (
     scenes_by_name,
 )
 from conrod.execution.runner import Runner, Runs
+from conrod.execution.tolerances import scale_tolerance, scene_scales
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.studies.sweep import recommendation_report as recommendation
@@ -50,7 +51,7 @@ def sweep(
 
 def recommend(
     scene: OneScene,
-    tolerance: Mapping[str, float | None],
+    tolerance: Mapping[str, float | str | None],
     *,
     engines: Engines = None,
     runs: Runs | None = None,
@@ -58,7 +59,8 @@ def recommend(
     """Find the cheapest settings of each engine within tolerances, confirmed on other runs, ready to paste.
 
     Args:
-        tolerance: largest error of position, velocity and acceleration, normalised: {"position": 1e-6}.
+        tolerance: largest error of position, velocity and acceleration, normalised, or as text with a unit:
+            {"position": 1e-6}, {"position": "0.01mm"}.
         scene, engines, runs: as in `validate`.
 
     Raises:
@@ -70,7 +72,7 @@ def recommend(
 
 
 def cheapest_settings(
-    scene: OneScene, tolerance: Mapping[str, float | None], *, engines: Engines = None, runs: Runs | None = None
+    scene: OneScene, tolerance: Mapping[str, float | str | None], *, engines: Engines = None, runs: Runs | None = None
 ) -> list[Answer]:
     """The answer of each engine to `recommend`, with its settings as objects; arguments and errors as there."""
     (name, chosen), able = scene_by_name(scene), choose_engines(engines)
@@ -82,12 +84,14 @@ def cheapest_settings(
 
 def findings_of(
     scene: tuple[str, Scene],
-    tolerance: Mapping[str, float | None],
+    tolerance: Mapping[str, float | str | None],
     answers: Sequence[Answer],
     engines: tuple[str, ...] = (),
 ) -> Findings[Advice]:
     """Answers of engines as findings that a report shows."""
-    allowed = check_tolerances(tolerance)
+    asked = check_tolerances(tolerance)
+    allowed, _ = scale_tolerance(asked, scene_scales(scene[1]))
     found = advice_of(*scene, allowed, answers)
-    call = text_of_call("recommend", scene[0], tolerance=allowed, engines=engines)
+    given = {name: size for name, size in tolerance.items() if size is not None}
+    call = text_of_call("recommend", scene[0], tolerance=given, engines=engines)
     return Findings(recommendation.RECOMMENDATION_REPORT, {scene[0]: found}, call)

@@ -10,10 +10,12 @@ from conrod.comparison.trajectory import Settings
 from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
 from conrod.engines.engine import round_settings
 from conrod.errors import InvalidInput
+from conrod.exact.motion import QUANTITIES
 from conrod.execution.case import Study
 from conrod.execution.reference_guard import ReferenceGuard
 from conrod.execution.run import RunCase
 from conrod.execution.timing import Timing
+from conrod.execution.tolerances import Limit, UnscaledLimit, check_tolerance, scale_tolerance, scene_scales
 from conrod.mechanism.units import check_number
 from conrod.scenes import Scene
 from conrod.studies.sweep.prior import PriorSweep, ranked_guesses
@@ -22,6 +24,7 @@ from conrod.studies.sweep.step_search import (
     StepSearch,
     Tolerances,
     TriedRun,
+    Weights,
     find_finer_candidate,
     refine_searches,
 )
@@ -103,8 +106,8 @@ class NoRecommendation:
 Answer = Recommendation | NoRecommendation  # of one engine
 
 
-def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]:
-    """Return the tolerances of normalised errors that were given, by quantity.
+def check_tolerances(tolerances: Mapping[str, float | str | None]) -> dict[str, Limit]:
+    """Return the tolerances that were given, by quantity.
 
     Raises:
         InvalidInput: no tolerance is given, or one is out of range.
@@ -114,38 +117,50 @@ def check_tolerances(tolerances: Mapping[str, float | None]) -> dict[str, float]
         raise InvalidInput(
             "no tolerance: give at least one of --position, --velocity, --acceleration, e.g. --position 1e-6"
         )
-    for quantity, value in given.items():
-        check_number(f"--{quantity}", value, MIN_TOLERANCE, MAX_TOLERANCE)
-    return given
+    for quantity, limit in (found := check_tolerance(given, QUANTITIES, "--")).items():
+        if not isinstance(limit, UnscaledLimit):
+            check_number(f"--{quantity}", limit, MIN_TOLERANCE, MAX_TOLERANCE)
+    return found
 
 
 def recommendation_studies(
-    plan: SweepPlan, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
+    plan: SweepPlan, asked: Mapping[str, Limit], time: Clock, prior: Mapping[str, PriorSweep]
 ) -> list[Study[Answer]]:
     """Return a study for each engine that finds its cheapest confirmed setting.
 
     Args:
         plan: the sweep of one scene.
-        allowed: largest error by quantity.
+        asked: largest error by quantity.
         time: measures the costs of runs.
         prior: errors and costs of other sweeps, which determine what is tried first.
     """
     engines = dict.fromkeys(rule.engine.name for rule in plan.rules)
     of_engines = [[rule for rule in plan.rules if rule.engine.name == name] for name in engines]
-    return [_search_with_guard(rules, plan.scene, allowed, time, prior) for rules in of_engines]
+    allowed, weights = scale_tolerance(asked, scene_scales(plan.scene))
+    return [_search_with_guard(rules, plan.scene, allowed, weights, time, prior) for rules in of_engines]
 
 
 def _search_with_guard(
-    rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
+    rules: Sequence[RulePlan],
+    scene: Scene,
+    allowed: Tolerances,
+    weights: Weights,
+    time: Clock,
+    prior: Mapping[str, PriorSweep],
 ) -> Study[Answer]:
     """Search an engine's rules, and check all runs against the joints' equations."""
     guard = ReferenceGuard()
-    answer = yield from guard.watch(_search_in_waves(rules, scene, allowed, time, prior))
+    answer = yield from guard.watch(_search_in_waves(rules, scene, allowed, weights, time, prior))
     return replace(answer, distrust=guard.distrust)
 
 
 def _search_in_waves(
-    rules: Sequence[RulePlan], scene: Scene, allowed: Tolerances, time: Clock, prior: Mapping[str, PriorSweep]
+    rules: Sequence[RulePlan],
+    scene: Scene,
+    allowed: Tolerances,
+    weights: Weights,
+    time: Clock,
+    prior: Mapping[str, PriorSweep],
 ) -> Study[Answer]:
     """Search the rules in waves, the cheapest expected first, until a setting is confirmed."""
     ranked = ranked_guesses(rules, scene, allowed, prior)
@@ -155,7 +170,7 @@ def _search_in_waves(
     answer: Answer | None = None
     searches = list[StepSearch]()
     for first in range(0, len(guesses), RULES_PER_WAVE):
-        wave = [StepSearch(g.rule, [], g.steps, g.order) for g in guesses[first : first + RULES_PER_WAVE]]
+        wave = [StepSearch(g.rule, [], g.steps, g.order, weights) for g in guesses[first : first + RULES_PER_WAVE]]
         searches += wave
         yield from refine_searches(wave, allowed, rounds=MAX_RUNS_PER_RULE)
         count = sum(len(search.candidates) for search in searches)
@@ -223,7 +238,7 @@ def _run_confirmations(candidate: Candidate) -> Study[tuple[Confirmation, ...]]:
     """Run the confirming cases of a candidate."""
     cases = dict(confirming_cases(candidate.rule_plan, candidate.case))
     found = yield list(cases.values())
-    return tuple(Confirmation(found[case.key], change) for change, case in cases.items())
+    return tuple(Confirmation(found[case.key], change, weights=candidate.weights) for change, case in cases.items())
 
 
 def confirming_cases(rule_plan: RulePlan, case: RunCase) -> Iterator[tuple[str, RunCase]]:

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from conrod.engines.engine import CUSTOM
+from conrod.execution.tolerances import judged_scale, scene_scales
 from conrod.report import numbers
 from conrod.report.kind import Kind
 from conrod.report.results import distrust_lines, distrust_words
@@ -151,7 +152,14 @@ def _error_list(errors: Mapping[str, str]) -> str:
 
 def _errors_with_limits(choice: Candidate, allowed: Tolerances) -> str:
     errors = _error_texts(choice, allowed, choice.case.scene)
-    return _error_list({q: f"{size} of {numbers.quantity(allowed[q])} allowed" for q, size in errors.items()})
+    return _error_list({q: f"{size} of {_limit_text(q, allowed[q], choice)} allowed" for q, size in errors.items()})
+
+
+def _limit_text(quantity: str, allowed: float, choice: Candidate) -> str:
+    """Return a tolerance as a share, with its size for the point that is most in error."""
+    scales = scene_scales(choice.case.scene)[quantity]
+    scale = judged_scale(choice.point_errors(quantity), scales, weighed=quantity in choice.weights)
+    return numbers.with_size(numbers.quantity(allowed), quantity, allowed, scale)
 
 
 def _rejected_lines(rejected: tuple[RejectedCandidate, ...], allowed: Tolerances) -> Iterator[str]:

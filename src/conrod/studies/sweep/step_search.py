@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from conrod.execution.case import Study
 from conrod.execution.run import RunCase, RunResult
@@ -22,17 +24,35 @@ STAGNANT_ORDER = 0.3  # an error of a lower order between the two finest runs do
 MAX_FAILED_RUNS = 2  # a rule is given up after as many runs that did not complete
 
 Tolerances = Mapping[str, float]  # largest normalised error by quantity
+Weights = Mapping[str, Mapping[str, float]]  # of errors, by quantity and point
 
 
 @dataclass(frozen=True)
 class TriedRun:
-    """A measured run that is compared with tolerances."""
+    """A measured run that is compared with tolerances.
+
+    Attributes:
+        weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
+    """
 
     result: RunResult
+    weights: Weights = field(default_factory=dict, kw_only=True)
 
     def errors(self, allowed: Tolerances) -> dict[str, float]:
         """Largest error of each quantity with a tolerance; empty unless the run completed."""
-        return {q: error for q in allowed if (error := self.result.largest(q)) is not None}
+        return {q: error for q in allowed if (error := self._largest(q)) is not None}
+
+    def _largest(self, quantity: str) -> float | None:
+        if quantity not in self.weights:
+            return self.result.largest(quantity)
+        found = list(self.point_errors(quantity).values())
+        return float(np.max(found)) if found else None
+
+    def point_errors(self, quantity: str) -> dict[str, float]:
+        """Largest error of a quantity by point, times its weight; empty unless the run completed."""
+        weights = self.weights.get(quantity, {})
+        sizes = ((point, errors[quantity]) for point, errors in (self.result.errors or {}).items())
+        return {point: size["max"] * weights.get(point, 1.0) for point, size in sizes if size is not None}
 
     def excess(self, allowed: Tolerances) -> float:
         """Largest ratio of an error to its tolerance; infinite unless all errors are known."""
@@ -62,12 +82,14 @@ class StepSearch:
         candidates: runs so far, by increasing steps.
         start: steps per revolution to try first.
         order: expected order of the error in the step.
+        weights: as in `TriedRun`.
     """
 
     rule: RulePlan
     candidates: list[Candidate]
     start: int = 0
     order: float = DEFAULT_ORDER
+    weights: Weights = field(default_factory=dict)
 
     @property
     def steps_bounds(self) -> tuple[int, int]:
@@ -151,7 +173,7 @@ def run_searches(wanted: Sequence[tuple[StepSearch, int]]) -> Study[None]:
     ]
     found = yield list({case.key: case for _, case in cases}.values())
     for search, case in cases:
-        candidates = [*search.candidates, Candidate(found[case.key], search.rule, case)]
+        candidates = [*search.candidates, Candidate(found[case.key], search.rule, case, weights=search.weights)]
         search.candidates = sorted(candidates, key=lambda one: one.steps)
 
 

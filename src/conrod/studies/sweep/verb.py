@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from conrod.cli import FAILED, completion, options, say
-from conrod.cli.options import StudyOptions, option
+from conrod.cli.options import StudyOptions, number_or_text, option
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -56,12 +56,10 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
 class RecommendOptions(StudyOptions):
     """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
 
-    position: float | None = option(
-        "--position", type=float, metavar="E", help="Largest error of position, over the travel L."
-    )
-    velocity: float | None = option("--velocity", type=float, metavar="E", help="Largest error of velocity, over ω L.")
-    acceleration: float | None = option(
-        "--acceleration", type=float, metavar="E", help="Largest error of acceleration, over ω² L."
+    position: str | None = option("--position", metavar="E", help="Largest error of position: 0.01mm, or over L.")
+    velocity: str | None = option("--velocity", metavar="E", help="Largest error of velocity: 1mm/s, or over ω L.")
+    acceleration: str | None = option(
+        "--acceleration", metavar="E", help="Largest error of acceleration: 0.1m/s^2, or over ω² L."
     )
     model: str | None = option(
         "--model", metavar="FILE", help="Write the model with the settings: MJCF, or FILE.py of pymunk."
@@ -85,7 +83,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     from conrod.execution.resolve_arguments import choose_engines, select_scene
     from conrod.execution.writing import single_file, write_together
     from conrod.studies.sweep.api import cheapest_settings, findings_of
-    from conrod.studies.sweep.recommend import Recommendation
+    from conrod.studies.sweep.recommend import Recommendation, check_tolerances
     from conrod.studies.sweep.recommendation_report import RECOMMENDATION_REPORT
 
     name, chosen = select_scene(scene, asked.assignments)
@@ -98,7 +96,8 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
         raise InvalidInput(f"--model: {', '.join(able)} has no file of a model")
     if asked.model:
         writers = writers_of_ending(asked.model, writers)
-    tolerance = {quantity: getattr(asked, quantity) for quantity in ("position", "velocity", "acceleration")}
+    tolerance = {name: number_or_text(getattr(asked, name)) for name in ("position", "velocity", "acceleration")}
+    check_tolerances(tolerance)
     with asked.runs() as runs:
         answers = cheapest_settings((name, chosen), tolerance, engines=engines, runs=runs)
     found = findings_of((name, chosen), tolerance, answers)

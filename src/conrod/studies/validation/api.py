@@ -43,7 +43,7 @@ def validate(
     preset: str | None = None,
     steps_per_rev: int | None = None,
     revolutions: int = REVOLUTIONS,
-    tolerance: Mapping[str, float] | None = None,
+    tolerance: Mapping[str, float | str] | None = None,
     qualify: bool = False,
     baseline: str | Path | None = None,
     accept: bool = False,

@@ -200,7 +200,10 @@ class ValidationResult(JudgedResult):
 
     def largest_rotation(self, quantity: str) -> tuple[str, float | None]:
         """Return the link whose rotation, angular velocity or acceleration is most in error, and that error."""
-        found = {name: errors[quantity]["max"] for name, errors in (self.links or {}).items() if quantity in errors}
+        found = self.weigh(
+            quantity,
+            {name: errors[quantity]["max"] for name, errors in (self.links or {}).items() if quantity in errors},
+        )
         # NumPy's max, since Python's would skip a NaN.
         worst = list(found)[int(np.argmax(list(found.values())))] if found else ""
         return worst, found.get(worst)
@@ -222,7 +225,16 @@ class ValidationResult(JudgedResult):
             return None if self.phase is None else self.phase["max"]
         if name in ROTATIONS:
             return self.largest_rotation(name)[1]
-        return self.largest(name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max")
+        found = list(self.judged_points(name).values())
+        return float(np.max(found)) if found else None
+
+    def judged_points(self, name: str) -> Mapping[str, float]:
+        if name in ROTATIONS:
+            links = (self.links or {}).items()
+            return self.weigh(name, {link: errors[name]["max"] for link, errors in links if name in errors})
+        quantity, measure = name.removesuffix("_rms"), "rms" if name.endswith("_rms") else "max"
+        sizes = ((point, errors.get(quantity)) for point, errors in (self.errors or {}).items())
+        return self.weigh(name, {point: size[measure] for point, size in sizes if size is not None})
 
     def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:
         return replace(self, tolerance=Tolerance(**tolerances, reason=AS_ASKED))

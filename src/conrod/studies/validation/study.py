@@ -11,6 +11,7 @@ from conrod.engines import Engine
 from conrod.engines.engine import judged_preset
 from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, Plan, presets_study
+from conrod.execution.tolerances import Limit
 from conrod.scenes import Scene
 from conrod.studies.validation.dynamic_mode import validate_dynamic
 from conrod.studies.validation.kinematic_mode import validate_kinematic
@@ -35,7 +36,7 @@ class ValidationCase(JudgedCase[ValidationResult]):
         return validate_dynamic(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     @property
-    def tolerance(self) -> Mapping[str, float] | None:
+    def tolerance(self) -> Mapping[str, Limit] | None:
         return None if self.preset is None else super().tolerance
 
     def failed_result(self, outcome: Outcome, reason: str) -> ValidationResult:

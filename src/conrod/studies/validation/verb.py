@@ -36,7 +36,8 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
     from conrod.cli.outputs import check_outputs, exit_with_verdict
-    from conrod.execution.resolve_arguments import ALL_TOLERANCE_NAMES, select_scenes
+    from conrod.execution.resolve_arguments import select_scenes
+    from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.studies.validation.api import REVOLUTIONS, validate
     from conrod.studies.validation.report import VALIDATION_REPORT
