@@ -72,7 +72,10 @@ def test_gbk_table_is_judged_by_its_heading_as_written(tmp_path: Path) -> None:
     typed = ("check", "rocker-gbk.csv", "--scene", "rocker.toml", "--unit", "mm")
     done = conrod(*typed, "--column", "B.x=位移: 摇杆 x", "--tolerance", "position=1e-6", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "within tolerance: position 5.6e-7 <= 1e-6; not judged: position of B.y, velocity" in done.stdout
+    assert (
+        "within tolerance: position 5.6e-7 (4.6e-5 mm) <= 1e-6 (8.2e-5 mm); not judged: position of B.y, velocity"
+        in done.stdout
+    )
     assert "(text, separated by commas, decimal points, GBK)" in done.stdout
     assert "位移: 摇杆 x" in done.stdout
     done = conrod(*typed, "--column", "B.x=位移 x", cwd=tmp_path)

@@ -130,4 +130,7 @@ def test_still_table_and_late_clock_have_nonzero_exit_status(tmp_path: Path) -> 
     assert done.returncode == 1
     assert "each row belongs 0.0005 s (0.5 of a step) earlier than its time says" in done.stdout
     first = done.stdout.splitlines()[0]
-    assert "position at time t 0.0012 > 1e-4; not judged: position of M, velocity, acceleration" in first
+    assert (
+        "position at time t 0.0012 (0.26 mm) > 1e-4 (0.021 mm); not judged: position of M, velocity, acceleration"
+        in first
+    )

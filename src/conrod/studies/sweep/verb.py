@@ -56,10 +56,10 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
 class RecommendOptions(StudyOptions):
     """Request to `conrod recommend`, as typed; None or empty where nothing was given."""
 
-    position: str | None = option("--position", metavar="E", help="Largest error of position: 0.01mm, or over L.")
-    velocity: str | None = option("--velocity", metavar="E", help="Largest error of velocity: 1mm/s, or over ω L.")
+    position: str | None = option("--position", metavar="E", help="Largest error of position, over L, or e.g. 0.01mm.")
+    velocity: str | None = option("--velocity", metavar="E", help="Largest error of velocity, over ω L, or e.g. 1mm/s.")
     acceleration: str | None = option(
-        "--acceleration", metavar="E", help="Largest error of acceleration: 0.1m/s^2, or over ω² L."
+        "--acceleration", metavar="E", help="Largest error of acceleration, over ω² L, or e.g. 0.1m/s^2."
     )
     model: str | None = option(
         "--model", metavar="FILE", help="Write the model with the settings: MJCF, or FILE.py of pymunk."
