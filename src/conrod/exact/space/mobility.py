@@ -6,7 +6,7 @@ closure reactions follow from the Newton-Euler equations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,7 +83,7 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
         error.stuck = driven <= over
         raise error
     left_free = _null_space(matrix[:, driven:])
-    number, missing = _missing_drives(machine, found, left_free) if left_free.shape[1] else (0, [])
+    number, missing = drives_to_add(machine, found, left_free) if left_free.shape[1] else (0, [])
     if not number:
         return
     others = [name for name in machine.most_moved_joints(left_free) if name not in missing][:3]
@@ -96,11 +96,16 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     )
 
 
-def _missing_drives(machine: DrivenTree, found: Poses, free_directions: Array) -> tuple[int, list[str]]:
+def drives_to_add(
+    machine: DrivenTree, found: Poses, free_directions: Array, preferred: Sequence[str] = ()
+) -> tuple[int, list[str]]:
     """Count free directions (free, k) that move joints or pins of the loops; choose joints that would hold them.
 
     Other directions, such as a rod's spin about its axis, are idle. Joints with springs come first, as they have a
     rest.
+
+    Args:
+        preferred: names of joints that come before, in this order.
     """
     tree = machine.tree
     pins = [point for closure in tree.closures for point in closure.points]
@@ -110,7 +115,9 @@ def _missing_drives(machine: DrivenTree, found: Poses, free_directions: Array) -
     values, directions = np.linalg.svd(np.concatenate(moved))[1:]
     seen = free_directions @ directions[: int(np.sum(values > MIN_MOTION))].T
     chosen, rows = list[str](), seen[:0]
-    for joint in sorted((j for j in tree.joints if j.kind in ("hinge", "slide")), key=lambda j: not j.stiffness):
+    places = {name: place for place, name in enumerate(preferred)}
+    joints = [joint for joint in tree.joints if joint.kind in ("hinge", "slide")]
+    for joint in sorted(joints, key=lambda j: (places.get(j.name, len(places)), not j.stiffness)):
         more = np.concatenate([rows, seen[machine.free == joint.rate]])
         if more.size and np.linalg.matrix_rank(more, MIN_MOTION) > len(rows):
             rows, chosen = more, [*chosen, joint.name]

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
+from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
 from conrod.models.loops.report import in_mm
@@ -17,6 +18,7 @@ from conrod.report.terminal import PrintedPart, verdict_line
 
 MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
+MORE_SETTINGS = "a --tolerance finds the cheapest settings that hold it, and prints the lines to paste"
 TOLERANCE_SHARE = 1e-3  # of the travel, for a first tolerance
 MAX_ALARMS = 2  # of actuators in the first sentences
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
@@ -36,6 +38,9 @@ def finding(study: Inspection) -> str:
         sentences.append(f"And {_counted(len(more), 'more alarm')} of its actuators.")
     if not study.moving.passed and not study.moving.alarms:
         sentences.append("Nothing of it can move.")
+    if study.motion is not None and study.motion.own.errors:
+        off = in_mm(study.motion.own.errors["position"])
+        sentences.append(f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings.")
     if any(one.rule == "nothing-moves" for one in study.findings):
         sentences.append("Nothing moves in its own run.")
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
@@ -51,6 +56,8 @@ def sections(study: Inspection) -> Iterator[tuple[str, list[str]]]:
     yield "1 does it load?", list(_loading_lines(study.loading))
     yield "2 does it close?", list(_closing_lines(study.closing))
     yield "3 what moves it?", list(study.moving.lines)
+    yield "4 how exact?", list(_exact_lines(study))
+    yield "5 what to set?", list(_setting_lines(study))
     yield "6 what else?", list(_lint_lines(study))
 
 
@@ -99,12 +106,50 @@ def _range_lines(pose: PoseOpening) -> Iterator[str]:
         yield f"{pose.pose} is singular (folded, or a change point): its loops allow more motion there than beside it"
 
 
+def _exact_lines(study: Inspection) -> Iterator[str]:
+    """Yield how far its runs are from its exact motion, driven, or why that is not judged."""
+    motion = study.motion
+    if motion is None:
+        yield f"not judged: {study.not_judged}"
+        return
+    drives = " and ".join(f"{joint}={law}" for joint, law in study.drives.items())
+    own = motion.own
+    if own.outcome is not Outcome.COMPLETED:
+        yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
+    else:
+        loops = f", its loops open by up to {in_mm(own.gap or 0.0)}"
+        yield f"driven by {drives}, {own.worst} is off by {in_mm(own.errors['position'])} as it is{loops}"
+    others = [f"{run.label} {in_mm(run.errors['position'])}" for run in motion.runs[1:] if run.errors]
+    if others:
+        yield f"at the same step: {', '.join(others)}"
+    yield from filter(None, (motion.moved_start, study.not_judged))
+
+
+def _setting_lines(study: Inspection) -> Iterator[str]:
+    """Yield settings that would do, or that none are needed."""
+    motion = study.motion
+    if motion is None:
+        yield "nothing was judged"
+        return
+    allowed = TOLERANCE_SHARE * motion.travel
+    words = f"{in_mm(allowed)}, a thousandth of the {in_mm(motion.travel)} that it travels"
+    if motion.own.is_within({"position": allowed}):
+        yield f"nothing: its own settings are within {words}"
+        return
+    better = [run for run in motion.runs[1:] if run.is_within({"position": allowed})]
+    if not better:
+        yield f"a smaller step: no settings at its own are within {words}; {MORE_SETTINGS}"
+        return
+    yield f"{better[0].label}, which is within {words}; {MORE_SETTINGS}"
+
+
 def _lint_lines(study: Inspection) -> Iterator[str]:
     told = [one for one in study.findings if one.rule not in SAID_BEFORE]
     if not told and not study.lint_notes:
         yield "nothing"
     for one in told:
-        yield f"{one.severity.value} {one.rule}: {one.what}: {one.fix}"
+        fix = "lint sees no closure under load" if one.rule == "nothing-moves" and study.motion else one.fix
+        yield f"{one.severity.value} {one.rule}: {one.what}: {fix}"
     yield from study.lint_notes
 
 

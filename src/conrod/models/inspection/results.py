@@ -138,7 +138,7 @@ class Inspection:
         moving: degrees of freedom and actuators.
         drives: laws that `motion` was judged with.
         motion: its loops, judged by its exact motion; None where it has no loop or no drive.
-        not_judged: why `motion` is None; empty where it is not.
+        not_judged: why `motion` is None, or why its drives go no further.
         findings: what lint finds, worst first.
         lint_notes: what lint says of its own judging, or why it found nothing.
     """
@@ -164,5 +164,5 @@ class Inspection:
     @property
     def passed(self) -> bool:
         """True if nothing stands in the way: it closes, can move, and lint has no error."""
-        ran = self.motion is None or not self.motion.shipped.failed
+        ran = self.motion is None or self.motion.passed
         return self.closing.passed and self.moving.passed and ran and not self.errors

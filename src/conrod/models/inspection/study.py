@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.mjcf.loading import data_at_start
+from conrod.exact.motion import Array
+from conrod.mjcf.loading import OWN_POSE, data_at_start
+from conrod.mjcf.loop_results import LoopRequest, LoopStudy
 from conrod.mjcf.runs import user_model_errors
-from conrod.mjcf.unit_of_length import controls_in_metres
+from conrod.mjcf.unit_of_length import controls_in_metres, coordinate_powers
 from conrod.models.inspection.closing import examine_closing
+from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.loading import URDF, load_for_inspection
 from conrod.models.inspection.moving_study import study_moving
 from conrod.models.inspection.prepared_document import prepared_document
-from conrod.models.inspection.results import Inspection, InspectionRequest, Moving
+from conrod.models.inspection.results import Closing, Inspection, InspectionRequest, Moving
 from conrod.models.lint.bench import Document
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
+from conrod.models.loops.study import study_loops
 
 SILENT_RESET = "silent-reset"  # a rule of lint: of nearly every file, and of no consequence while nothing diverges
 
@@ -37,8 +43,39 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
         moving = study_moving(model, data)
         moved = Moving(moving.lines, moving.alarms, moving.passed, moving.actuators)
         found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moved)
+    drives, not_judged = (
+        choose_drives(model, start_pose(model, question)) if not question.drives else (question.drives, "")
+    )
+    motion = None
+    if drives:
+        try:
+            motion = judge_motion(path, question, drives, name)
+        except InvalidInput as error:
+            not_judged = str(error).removeprefix(f"{path}: ")
+    found = replace(found, drives=dict(drives), motion=motion, not_judged=not_judged)
     findings, notes = lint_findings(path, question, whole=not loading.left_out)
     return replace(found, findings=findings, lint_notes=notes)
+
+
+def start_pose(model: mujoco.MjModel, question: InspectionRequest) -> Array:
+    """Coordinates (nq,) that the loops are assembled from: of the given keyframe, or the reference pose."""
+    return np.array(data_at_start(model, question.keyframe or OWN_POSE)[0].qpos)
+
+
+def pose_inside(closing: Closing, model: mujoco.MjModel, unit: float) -> Array | None:
+    """The nearest closed pose (nq,) with joints in their ranges, in metres; None where the start is inside."""
+    text = closing.start.inside
+    return np.array(text.split(), dtype=float) * unit ** coordinate_powers(model) if text else None
+
+
+def judge_motion(path: Path, question: InspectionRequest, drives: Mapping[str, str], name: str) -> LoopStudy:
+    """Judge the loops by their exact motion with joints driven by laws.
+
+    Raises:
+        InvalidInput: the loops cannot be judged.
+    """
+    asked = LoopRequest(drives, question.keyframe, question.controls, unit=question.unit)
+    return study_loops(path, asked, name)
 
 
 def lint_findings(

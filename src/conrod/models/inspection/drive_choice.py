@@ -1,0 +1,129 @@
+"""A drive for a model of which none is given: which joint is driven, and by what law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import mujoco
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.exact.space import SpatialJoint, SpatialTree
+from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
+from conrod.exact.space.forward_kinematics import forward_kinematics
+from conrod.exact.space.mobility import check_drives, drives_to_add, free_directions
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loading import name_or_number
+from conrod.mjcf.reading import duration, tree_of
+
+FULL_TURN, SWINGS = "60rpm", (20.0, 5.0)  # of a hinge without a range; amplitudes [deg] where it cannot turn fully
+STROKE_SHARE = 0.05  # of the extent: amplitude of a slide without a range
+RANGE_SHARE = 0.4  # of the room to the nearer end of a range: amplitude of a joint that has one
+ROOM_SHARE = 0.1  # of a range: a start with less room is moved to the middle
+
+
+def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = None) -> tuple[dict[str, str], str]:
+    """Choose laws that move a model's loops from a start (nq,), and say what was tried before, or why none does.
+
+    Driven is a joint that has an actuator, or a hinge on the ground, or another joint of a loop, in this order; what
+    else is free is held. Its law is the first that the loops allow: a full turn, then swings inside its range.
+
+    Args:
+        inside: the nearest closed pose (nq,) with all joints in their ranges, where the start is outside.
+
+    Returns:
+        The law of each driven joint, as text, and why a wider law is not allowed; no law, and the reason, where there
+        is no loop or no law is allowed.
+    """
+    try:
+        tree, there = tree_of(model, start), tree_of(model, start if inside is None else inside)
+        if not tree.closures or not tree.loop_joints:
+            return {}, "it has no closed loop, which alone could open"
+        joints = joints_to_drive(model, there)
+    except InvalidInput as error:
+        return {}, str(error)
+    if not joints:
+        return {}, "its loops leave nothing that could be driven"
+    reason = ""
+    for text in law_texts(joints[0], there, from_start=inside is None):
+        laws = {joints[0].name: text, **{joint.name: "hold" for joint in joints[1:]}}
+        try:
+            track_laws(tree, laws)
+            return laws, reason
+        except InvalidInput as error:
+            reason = reason or f"driven by {joints[0].name}={text}: {error}"
+    return {}, reason
+
+
+def joints_to_drive(model: mujoco.MjModel, tree: SpatialTree) -> list[SpatialJoint]:
+    """Joints that determine the motion of the loops together, the best to drive first."""
+    held = tuple(joint.name for joint in tree.joints if joint not in tree.loop_joints)
+    machine = DrivenTree(tree, {}, held)
+    pose = machine.close_loops(tree.start[:, None], 0.0)[0]
+    directions = free_directions(machine, pose)
+    if not directions.shape[1]:
+        return []
+    _, names = drives_to_add(machine, forward_kinematics(tree, pose), directions, preferred_joints(model, tree))
+    by_name = {joint.name: joint for joint in tree.joints}
+    return [by_name[name] for name in names]
+
+
+def preferred_joints(model: mujoco.MjModel, tree: SpatialTree) -> list[str]:
+    """Names of loop joints: those with an actuator, then hinges on the ground, then the others."""
+    of_joint = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
+    actuated = {name_or_number(model, "joint", int(joint)) for joint in model.actuator_trnid[of_joint, 0]}
+    loop = [joint for joint in tree.loop_joints if joint.kind in ("hinge", "slide")]
+    grounded = {joint.name for joint in loop if joint.kind == "hinge" and not tree.joints_above[_parent(tree, joint)]}
+    return [joint.name for joint in sorted(loop, key=lambda j: (j.name not in actuated, j.name not in grounded))]
+
+
+def _parent(tree: SpatialTree, joint: SpatialJoint) -> int:
+    return tree.bodies[joint.body].parent
+
+
+def law_texts(joint: SpatialJoint, tree: SpatialTree, *, from_start: bool = True) -> Iterator[str]:
+    """Yield laws for a joint from a pose, the widest first.
+
+    Args:
+        from_start: whether the pose is the start; laws from elsewhere name where they begin.
+    """
+    value, (factor, unit) = float(tree.start[joint.coordinate]), _shown_unit(joint)
+    if joint.range is None:
+        if joint.kind == "hinge":
+            yield FULL_TURN
+            yield from (f"sine:{swing:g}deg,1Hz" for swing in SWINGS)
+            return
+        yield f"sine:{factor * STROKE_SHARE * tree.extent:.2g}mm,1Hz"
+        return
+    low, high = joint.range
+    room = min(value - low, high - value)
+    if from_start and room > ROOM_SHARE * (high - low):
+        for share in (RANGE_SHARE, 0.25 * RANGE_SHARE):
+            yield f"sine:{factor * share * room:.2g}{unit},1Hz"
+    inside, middle = float(np.clip(value, low, high)), 0.5 * (low + high)
+    for end in (middle, 0.5 * (inside + middle)):
+        if end != inside:
+            yield f"move:{factor * inside:.4g}{unit},{factor * end:.4g}{unit},1s"
+    # From further inside, where the start is outside or at an end of the range.
+    yield f"move:{factor * middle:.4g}{unit},{factor * 0.5 * (middle + high):.4g}{unit},1s"
+
+
+def _shown_unit(joint: SpatialJoint) -> tuple[float, str]:
+    return (float(np.degrees(1.0)), "deg") if joint.unit == "rad" else (1e3, "mm")
+
+
+def track_laws(tree: SpatialTree, texts: Mapping[str, str]) -> None:
+    """Track the motion of the loops by laws, to see that it is one.
+
+    Raises:
+        InvalidInput: the loops do not allow it.
+    """
+    by_name, laws = {joint.name: joint for joint in tree.joints}, dict[str, DriveLaw]()
+    for name, text in texts.items():
+        laws[name] = parse_drive_law(text, by_name[name].unit, float(tree.start[by_name[name].coordinate]), name)
+    held = tuple(joint.name for joint in tree.joints if joint not in tree.loop_joints and joint.name not in laws)
+    machine = DrivenTree(tree, laws, held)
+    start = machine.assemble_start()
+    check_drives(machine, start)
+    machine.track_branch(start, duration(laws))
