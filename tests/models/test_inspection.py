@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mujoco
 import pytest
 
 from conrod.errors import InvalidInput
+from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.report import finding, next_step, sections
 from conrod.models.inspection.results import Inspection, InspectionRequest
 from conrod.models.inspection.study import inspect
@@ -22,6 +24,25 @@ MESHES = """<mujoco><compiler meshdir="parts"/>
     <inertial pos="0 0 0.1" mass="1" diaginertia="1e-2 1e-2 1e-3"/><geom name="skin" type="mesh" mesh="arm"/>
     <body name="fore" pos="0 0 0.3"><joint name="elbow" axis="0 1 0"/>{geom}<geom type="mesh" mesh="arm"/></body></body>
   </worldbody><sensor><framepos objtype="geom" objname="skin"/></sensor></mujoco>"""
+
+
+@pytest.fixture(autouse=True)
+def unjudged(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No motion is judged but where a test is marked so, and then with few runs, which are timed coarsely."""
+
+    def refuse(*_: object) -> None:
+        raise InvalidInput("not judged in this test")
+
+    if "judged" not in request.fixturenames:
+        monkeypatch.setattr("conrod.models.inspection.study.judge_motion", refuse)
+    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 25}.items():
+        monkeypatch.setattr(f"conrod.models.loops.study.{name}", cheap)
+    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+
+
+@pytest.fixture
+def judged() -> None:
+    """The motion is judged."""
 
 
 def inspected(text: str, folder: Path, name: str = "model.xml", **question: object) -> Inspection:
@@ -102,12 +123,14 @@ def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path) -> 
 # -- does it close? ----------------------------------------------------------------------------------------------------
 
 
-def test_a_closed_four_bar_has_nothing_in_its_way(tmp_path: Path) -> None:
+def test_a_closed_four_bar_has_nothing_in_its_way(tmp_path: Path, judged: None) -> None:
     found = inspected(CLOSED, tmp_path)
     assert found.passed
     assert found.closing.start.largest < 1e-9
-    assert finding(found) == "It loads and closes. Nothing moves in its own run."
+    assert finding(found).startswith("It loads and closes. Driven by crank it is 0.12 mm off its exact motion")
     assert "no actuator drives it" in said(found, "moves")
+    assert dict(found.drives) == {"crank": "60rpm"}
+    assert "--drive crank=60rpm --tolerance position=0.2mm" in next_step(found)
 
 
 def test_an_open_loop_is_named_with_its_nearest_closed_pose(tmp_path: Path) -> None:
@@ -133,11 +156,15 @@ def test_an_anchor_that_is_off_its_parts_is_named() -> None:
     assert next_step(found).startswith("connect sites where the parts meet, then conrod check")
 
 
-def test_a_start_outside_ranges_has_a_pose_inside(tmp_path: Path) -> None:
+def test_a_start_outside_ranges_has_a_pose_inside(tmp_path: Path, judged: None) -> None:
     found = inspect(CASES / "folded-leg.xml", InspectionRequest(), "folded")
     words = said(found, "close")
     assert "its own pose has length at 0 m, outside its range 0.12 to 0.68 m" in words
     assert found.closing.start.inside in next_step(found)
+    # The drive begins in the pose inside, too.
+    assert found.drives["length"].startswith("move:352mm")
+    assert found.motion is not None
+    assert "femur at 0 deg" in found.motion.moved_start
 
 
 def test_a_weld_to_a_mocap_body_is_a_handle_and_no_error() -> None:
@@ -151,3 +178,28 @@ def test_a_model_that_stands_still_is_no_model_without_findings() -> None:
     found = inspect(CASES / "steering.xml", InspectionRequest(), "steering")
     assert "Nothing moves in its own run." in finding(found)
     assert "note nothing-moves" in said(found, "else")
+
+
+# -- how exact? --------------------------------------------------------------------------------------------------------
+
+
+def chosen(name: str) -> tuple[dict[str, str], str]:
+    model = mujoco.MjModel.from_xml_path(str(CASES / name))
+    return choose_drives(model, model.qpos0)
+
+
+def test_a_crank_that_cannot_turn_swings_and_says_why() -> None:
+    drives, reason = chosen("four-bar-short.xml")
+    assert drives == {"crank": "sine:20deg,1Hz"}
+    assert reason.startswith("driven by crank=60rpm: it goes no further than with crank at 127.95 deg")
+
+
+def test_a_joint_with_an_actuator_is_driven_first() -> None:
+    drives, reason = chosen("strut-leg.xml")
+    assert (drives, reason) == ({"leg_length": "sine:60mm,1Hz"}, "")
+
+
+def test_a_model_without_a_loop_has_no_drive() -> None:
+    drives, reason = chosen("mocap-weld.xml")
+    assert not drives
+    assert reason

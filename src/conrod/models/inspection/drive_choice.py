@@ -49,7 +49,7 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
     for text in law_texts(joints[0], there, from_start=inside is None):
         laws = {joints[0].name: text, **{joint.name: "hold" for joint in joints[1:]}}
         try:
-            track_laws(tree, laws)
+            track_laws(there, laws)
             return laws, reason
         except InvalidInput as error:
             reason = reason or f"driven by {joints[0].name}={text}: {error}"

@@ -16,9 +16,9 @@ from conrod.mjcf.missing_files import load_with_notes
 from conrod.models.inspection.results import InspectionRequest, Loading
 
 MAX_PART = 5.0  # [m]: longest part of a machine that is not asked about
-MIN_TYPED_DENSITY = 10.0  # [kg/m^3]: a density that was typed per cubic metre
-MAX_DENSITY = 23e3  # [kg/m^3]: nothing is denser than osmium, at 22 600
+MAX_DENSITY = 23e3  # [kg/m^3], of a cube as large as the model: nothing is denser than osmium, at 22 600
 URDF = ".urdf"
+PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def load_for_inspection(path: Path, question: InspectionRequest) -> tuple[mujoco.MjModel, Loading]:
@@ -77,14 +77,12 @@ def unit_questions(model: mujoco.MjModel, unit: float) -> Iterator[str]:
         return  # masses of such a model say nothing yet
     if unit != 1.0 and 9.7 < gravity / unit < 9.9:
         yield f"its gravity is {gravity / unit:.4g}, in its unit of length: the Earth's would be {9.81 / unit:.5g}"
-    dense = {body: density for body in lengths if (density := _density_of(model, body)) > MAX_DENSITY}
-    if dense:
-        worst = max(dense, key=lambda body: dense[body])
-        typed = dense[worst] * unit**3
+    mass, room = float(model.body_mass.sum()), distance_across(model) ** 3
+    if mass > MAX_DENSITY * room > 0.0:
         ask = "are its masses in kilograms?"
-        if unit != 1.0 and MIN_TYPED_DENSITY < typed < MAX_DENSITY:
+        if unit != 1.0 and mass * unit**3 < MAX_DENSITY * room:
             ask = f'1000 kg/m³ are density="{1000.0 * unit**3:.3g}" in its unit of length'
-        yield f"{name[worst]} weighs {model.body_mass[worst]:.3g} kg, and would be denser than any metal: {ask}"
+        yield f"it weighs {mass:.3g} kg, more than metal that fills it would: {ask}"
 
 
 def _length_of(model: mujoco.MjModel, body: int) -> float:
@@ -97,16 +95,6 @@ def _length_of(model: mujoco.MjModel, body: int) -> float:
     return max(
         (float(np.linalg.norm(place, axis=1).max()) for place in (children, sites, geoms) if len(place)), default=0.0
     )
-
-
-PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
-
-
-def _density_of(model: mujoco.MjModel, body: int) -> float:
-    """Mass of a body over the volume of the boxes about its geoms [kg/m^3]; 0 without any."""
-    boxes = model.geom_aabb[(model.geom_bodyid == body) & (model.geom_type != PLANE), 3:]
-    volume = float(np.prod(2.0 * boxes, axis=1).sum()) if len(boxes) else 0.0
-    return float(model.body_mass[body]) / volume if volume > 0.0 else 0.0
 
 
 # -- URDF --------------------------------------------------------------------------------------------------------------

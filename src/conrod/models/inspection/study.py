@@ -43,9 +43,11 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
         moving = study_moving(model, data)
         moved = Moving(moving.lines, moving.alarms, moving.passed, moving.actuators)
         found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moved)
-    drives, not_judged = (
-        choose_drives(model, start_pose(model, question)) if not question.drives else (question.drives, "")
-    )
+    drives, not_judged = question.drives, ""
+    if not drives:
+        drives, not_judged = choose_drives(
+            model, start_pose(model, question), pose_inside(closing, model, question.unit)
+        )
     motion = None
     if drives:
         try:
