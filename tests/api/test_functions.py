@@ -45,6 +45,9 @@ CALLS: dict[str, Callable[[Path, Runs], Findings[Any]]] = {
     "check_loops": lambda folder, runs: conrod.check_loops(
         mujoco.MjSpec.from_string(four_bar()), drives={"crank": "60rpm"}, seconds=0.05, tolerance={"position": 1e-3}
     ),
+    "inspect_model": lambda folder, runs: conrod.inspect_model(
+        mujoco.MjSpec.from_string(four_bar()), keyframe="qpos0", unit="m"
+    ),
     "invariances": lambda folder, runs: conrod.invariances(MODEL, seconds=0.01),
     "sweep": lambda folder, runs: conrod.sweep("saw-40rpm", grid="coarse", engines="pymunk", runs=runs),
     "recommend": lambda folder, runs: conrod.recommend("saw-40rpm", {"position": 1e-2}, engines="pymunk", runs=runs),
@@ -57,12 +60,14 @@ CALLS: dict[str, Callable[[Path, Runs], Findings[Any]]] = {
 SLOW = {"ablate"}
 # Those that hold something to a tolerance.
 VERDICTS = {
-    **dict.fromkeys(("validate", "forces", "check_model", "check_table", "check_loops", "invariances"), True),
+    **dict.fromkeys(("validate", "forces", "check_model", "check_table", "check_loops", "inspect_model"), True),
+    "invariances": True,
     "recommend": True,
 }
 GIVEN = {
     "validate": {*QUICK}, "forces": {*QUICK, "quantities"}, "free_motion": {"seconds", "engines", "preset"},
     "check_model": {*ON_MODEL, "tolerance"}, "check_table": {"tolerance"}, "invariances": {"seconds"},
+    "inspect_model": {"keyframe", "unit"},
     "check_loops": {"drives", "seconds", "tolerance"}, "sweep": {"grid", "engines"}, "recommend": {"engines"},
     "limits": {"axes", "engines", "preset"}, "ablate": {"steps_per_rev", "rounds", "engines"},
 }  # fmt: skip
@@ -271,6 +276,10 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     ),
     "check_fmu": (lambda: conrod.check_fmu("none.fmu", SAW), "none.fmu: there is no such file"),
     "check_loops": (lambda: conrod.check_loops("none.xml", drives={"a": "1rpm"}), "none.xml: there is no such file"),
+    "inspect_model": (lambda: conrod.inspect_model("none.xml"), "none.xml: there is no such file"),
+    "inspect_model, unit": (
+        lambda: conrod.inspect_model(mujoco.MjSpec.from_string(four_bar()), unit="mn"), "choose from cm, inch, m, mm"
+    ),
     "check_loops, drive": (
         lambda: conrod.check_loops(mujoco.MjSpec.from_string(four_bar()), drives={"krank": "1rpm"}), "'krank'"
     ),
