@@ -322,7 +322,7 @@ def test_sarif_gives_each_finding_its_line_and_escapes_text(tmp_path: Path, monk
     one = Finding(rule="open", what="opens", why="so", severity=Severity.ERROR, evidence={}, fix="", subjects=("pin",))
     reset = replace(one, rule="reset", severity=Severity.NOTE, subjects=(), edits=('<option><flag autoreset=""/>',))
     report = Report(name, "a free run", (one, replace(one, what=hostile, subjects=("elsewhere",)), reset))
-    (run,) = json.loads(sarif(report))["runs"]
+    (run,) = json.loads(sarif([report]))["runs"]
     places = [found["locations"][0]["physicalLocation"] for found in run["results"]]
     assert [found["level"] for found in run["results"]] == ["error", "error", "note"]
     assert [place["region"]["startLine"] for place in places] == [5, 1, 2]

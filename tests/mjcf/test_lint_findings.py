@@ -614,11 +614,12 @@ def test_a_sarif_log_is_that_of_its_schema(tmp_path: Path) -> None:
     path.write_text('<mujoco>\n<option/>\n<worldbody>\n<body name="arm"/></worldbody></mujoco>', encoding="utf-8")
     one = Finding(rule="open", subjects=("arm",), what="it \x1b[2J opens\x07", severity=Severity.ERROR, evidence={},
                   why="so", fix="shut", edits=("<option/>",))  # fmt: skip
-    log = json.loads(sarif(Report(str(path), "a run", (one,))))
+    log = json.loads(sarif([Report(str(path), "a run", (one,))]))
     assert log == {
         "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
         "version": "2.1.0",
         "runs": [{
+            "automationDetails": {"id": f"conrod lint/{path.as_uri()}"},
             "tool": {"driver": {
                 "name": "conrod lint", "version": version("conrod"),
                 "rules": [{"id": "open", "shortDescription": {"text": "so"}}],
@@ -640,7 +641,7 @@ def test_a_sarif_log_is_that_of_its_schema(tmp_path: Path) -> None:
     lost = replace(one, subjects=("leg",), edits=())
     for content, line in (("\n\n<mujoco/>", 3), ("{", 1), ("<mujoco", 1)):
         path.write_text(content, encoding="utf-8")
-        (result,) = json.loads(sarif(Report(str(path), "", (lost,))))["runs"][0]["results"]
+        (result,) = json.loads(sarif([Report(str(path), "", (lost,))]))["runs"][0]["results"]
         assert result["locations"][0]["physicalLocation"]["region"]["startLine"] == line
 
 

@@ -157,7 +157,7 @@ def test_a_link_within_the_report_and_a_templates_own_stay() -> None:
 def test_figure_log_and_line_hold_no_control_characters(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert MUST_NOT.isdisjoint(Figure("x", "", lambda: f"<svg>{text}</svg>").svg())
     found = Finding(rule=text, subjects=(text,), what=text, severity=Severity.ERROR, evidence={}, why=text, fix=text)
-    log = json.loads(sarif(Report(str(SAW), text, (found,))))
+    log = json.loads(sarif([Report(str(SAW), text, (found,))]))
     assert MUST_NOT.isdisjoint(json.dumps(log, ensure_ascii=False))
     say(text)
     print_lines(console(), [text])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
@@ -81,8 +81,14 @@ class Report:
 # -- for build servers -------------------------------------------------------------------------------------------------
 
 
-def sarif(report: Report) -> str:
-    """A SARIF log of one run, as code scanning of GitHub, GitLab, Azure and editors read it."""
+def sarif(reports: Sequence[Report]) -> str:
+    """A SARIF log with a run for each model, as code scanning of GitHub, GitLab, Azure and editors read it."""
+    log = {"$schema": SARIF, "version": "2.1.0", "runs": [_sarif_run(report) for report in reports]}
+    return json_document(without_commanding_characters(log))
+
+
+def _sarif_run(report: Report) -> dict[str, Any]:
+    """The findings of one model as a run of a SARIF log."""
     path, lines = Path(report.model), _element_lines(Path(report.model))
     uri = path.as_uri() if path.is_absolute() else quote(path.as_posix())
     rules = {one.rule: one.why for one in report.findings}
@@ -104,8 +110,7 @@ def sarif(report: Report) -> str:
     ]
     described: list[Any] = [{"id": rule, "shortDescription": {"text": why}} for rule, why in rules.items()]
     tool = {"driver": {"name": "conrod lint", "version": version("conrod"), "rules": described}}
-    log = {"$schema": SARIF, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]}
-    return json_document(without_commanding_characters(log))
+    return {"automationDetails": {"id": f"conrod lint/{uri}"}, "tool": tool, "results": results}
 
 
 def without_commanding_characters(values: Any) -> Any:

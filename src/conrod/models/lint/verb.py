@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +13,7 @@ from rich.text import Text
 from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.comparison.plain_values import json_document
+from conrod.errors import InvalidInput
 from conrod.execution.files import files_to_write
 from conrod.execution.writing import name_file_in_errors, real_path, single_file, write_together
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity, Value, sarif
@@ -48,46 +49,55 @@ class LintOptions:
 
 
 @options.verb(LintOptions)
-@click.argument("model", metavar="MODEL.xml", shell_complete=completion.files_with(MODELS))
-def lint(model: str, asked: LintOptions) -> None:
-    """List parts of a MuJoCo model that its motion does not need, and parts that will cause trouble.
+@click.argument("models", nargs=-1, required=True, metavar="MODEL.xml...", shell_complete=completion.files_with(MODELS))
+def lint(models: tuple[str, ...], asked: LintOptions) -> None:
+    """List parts of MuJoCo models that their motion does not need, and parts that will cause trouble.
 
-    The model is run, and run again without each suspect; the file is only read.
+    A model is run, and run again without each suspect; the file is only read.
 
     Findings are errors (they make this motion wrong) or notes.
 
     Exit status 0: no errors, or what --fail-on says; 1: some; 2: bad usage.
     """
-    path = Path(model)
-    check_model_readable(path, "lint")
-    files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, protected_model_files(path))
-    folder = real_path(files["--fix"]).parent if "--fix" in files else None
-    controls = controls_in(asked.controls)
+    paths = [Path(model) for model in models]
+    for path in paths:
+        check_model_readable(path, "lint")
+    if len(paths) > 1 and (asked.document or asked.fixed):
+        option = "--fix" if asked.fixed else "--json"
+        raise InvalidInput(f"{option}: it is of one model, and {len(paths)} are given: lint them one by one")
+    files = files_to_write({"--json": asked.document, "--fix": asked.fixed}, protected_model_files(paths[0]))
+    reports = [_lint_one(path, asked, files) for path in paths]
+    if asked.form == "text":
+        for report in reports:
+            print_parts(report_to_print(report, files.get("--fix")))
+    else:
+        with name_file_in_errors("standard output"):
+            click.echo(sarif(reports), nl=False)
+    fixed = reports[0].fixed
+    texts: dict[str, str | bytes] = {
+        "--json": json_document(reports[0].document()),
+        "--fix": fixed.text if fixed else "",
+    }
+    write_together([single_file(file, texts[option]) for option, file in files.items() if texts[option]])
+    failing = (Severity.ERROR.value, asked.fail_on)
+    if any(finding.severity.value in failing for report in reports for finding in report.findings):
+        sys.exit(FAILED)
 
+
+def _lint_one(path: Path, asked: LintOptions, files: Mapping[str, Path]) -> Report:
+    """Lint a model as the options ask, and show that it is under way."""
     from conrod.execution.local import FILE_TIMEOUT
     from conrod.models.lint.api import lint
 
     with waiting(path, FILE_TIMEOUT):
-        report = lint(
+        return lint(
             path,
             keyframe=asked.keyframe,
-            controls=controls,
+            controls=controls_in(asked.controls),
             seconds=asked.seconds,
             ignore=asked.ignored,
-            fix_for=folder,
+            fix_for=real_path(files["--fix"]).parent if "--fix" in files else None,
         )
-    if asked.form == "text":
-        print_parts(report_to_print(report, files.get("--fix")))
-    else:
-        with name_file_in_errors("standard output"):
-            click.echo(sarif(report), nl=False)
-    texts: dict[str, str | bytes] = {
-        "--json": json_document(report.document()),
-        "--fix": report.fixed.text if report.fixed else "",
-    }
-    write_together([single_file(file, texts[option]) for option, file in files.items() if texts[option]])
-    if any(finding.severity.value in (Severity.ERROR.value, asked.fail_on) for finding in report.findings):
-        sys.exit(FAILED)
 
 
 # -- printing --------------------------------------------------------------------------------------------------------
