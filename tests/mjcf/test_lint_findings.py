@@ -426,7 +426,7 @@ def test_too_long_step_gives_a_finding_with_half_of_the_longest(
         what="the step of 0.001 s is longer than the longest at which the model runs, 0.00025 s",
         severity=Severity.ERROR,
         evidence={"step [s]": 0.001, "longest stable step [s]": 0.00025, "steps made of those asked for": "5 of 20",
-                  "the run ended by": "bad qpos"},
+                  "the run ended": "by bad qpos"},
         why="the motion is the integrator's, not the machine's",
         fix='timestep="0.00025" or less: half of it leaves a margin',
         edits=('<option timestep="0.000125"/>',),
@@ -438,7 +438,7 @@ def test_too_long_step_gives_a_finding_with_half_of_the_longest(
     none = only(stepping.step_too_long(bench))
     assert none.what == "the model does not run, at no step that was tried"
     assert none.evidence["longest stable step [s]"] == "none down to 1.563e-05"
-    assert none.evidence["the run ended by"] == "nothing"
+    assert none.evidence["the run ended"] == "at its last step"
     assert (none.fix, none.edits) == ("look at the start pose, overlapping geoms, gains, and masses next to zero", ())
     stable[0] = 0.001
     assert list(stepping.step_too_long(bench)) == []

@@ -203,3 +203,22 @@ def test_a_model_without_a_loop_has_no_drive() -> None:
     drives, reason = chosen("mocap-weld.xml")
     assert not drives
     assert reason
+
+
+# -- what is next? -----------------------------------------------------------------------------------------------------
+
+
+def test_a_model_without_joints_cannot_move(tmp_path: Path) -> None:
+    found = inspected("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>", tmp_path)
+    assert not found.passed
+    assert finding(found) == "It loads. Nothing of it can move."
+    assert next_step(found).startswith("give it a joint, then conrod check")
+
+
+def test_the_next_command_goes_on_with_the_options_given(tmp_path: Path) -> None:
+    text = """<mujoco><worldbody><body><joint name="j" type="slide"/><geom size="9"/></body></worldbody>
+      <actuator><position name="servo" joint="j" kp="900" kv="90"/></actuator>
+      <keyframe><key name="up" qpos="3"/></keyframe></mujoco>"""
+    found = inspected(text, tmp_path, unit=1e-2, keyframe="up")
+    assert next_step(found).endswith("model.xml --unit cm --keyframe up --drive servo=sine:20mm,1Hz")
+    assert found.loading.across == pytest.approx(0.18 * 3**0.5)

@@ -52,9 +52,12 @@ def distance_across(model: mujoco.MjModel) -> float:
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     moving = np.flatnonzero(model.body_dofnum[model.body_weldid])
-    on_moving = [np.isin(of, moving) for of in (model.geom_bodyid, model.site_bodyid, model.jnt_bodyid)]
-    places = [data.xpos[moving], data.xipos[moving], data.geom_xpos[on_moving[0]], data.site_xpos[on_moving[1]]]
-    every = np.concatenate([*places, data.xanchor[on_moving[2]]])
+    geoms, sites, joints = (np.isin(of, moving) for of in (model.geom_bodyid, model.site_bodyid, model.jnt_bodyid))
+    turns = data.geom_xmat[geoms].reshape(-1, 3, 3)
+    centres = data.geom_xpos[geoms] + np.einsum("gij,gj->gi", turns, model.geom_aabb[geoms, :3])
+    halves = np.einsum("gij,gj->gi", np.abs(turns), model.geom_aabb[geoms, 3:])
+    places = [data.xpos[moving], data.xipos[moving], data.site_xpos[sites], data.xanchor[joints]]
+    every = np.concatenate([*places, centres - halves, centres + halves])
     return float(np.linalg.norm(np.ptp(every, axis=0))) if len(every) else 0.0
 
 

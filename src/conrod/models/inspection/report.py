@@ -36,7 +36,7 @@ def finding(study: Inspection) -> str:
     sentences += [f"{one[0].upper()}{one[1:]}." for one in study.moving.alarms[:MAX_ALARMS]]
     if more := study.moving.alarms[MAX_ALARMS:]:
         sentences.append(f"And {_counted(len(more), 'more alarm')} of its actuators.")
-    if not study.moving.passed and not study.moving.alarms:
+    if not study.loading.joints or (not study.moving.passed and not study.moving.alarms):
         sentences.append("Nothing of it can move.")
     if study.motion is not None and study.motion.own.errors:
         off = in_mm(study.motion.own.errors["position"])
@@ -172,7 +172,11 @@ def next_step(study: Inspection) -> str:
         drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
         allowed = 1e3 * TOLERANCE_SHARE * study.motion.travel
         return _command(study, *drives, "--tolerance", f"position={allowed:.1g}mm")
-    return _command(study, "--drive", "JOINT=LAW")
+    if not study.loading.joints:
+        return f"give it a joint, then {again}"
+    first = next(iter(study.moving.actuators), None)
+    law = "JOINT=LAW" if first is None else f"{first.name}=sine:20{'deg' if first.unit == 'rad' else 'mm'},1Hz"
+    return _command(study, "--drive", law)
 
 
 def _command(study: Inspection, *words: str) -> str:

@@ -165,4 +165,4 @@ class Inspection:
     def passed(self) -> bool:
         """True if nothing stands in the way: it closes, can move, and lint has no error."""
         ran = self.motion is None or self.motion.passed
-        return self.closing.passed and self.moving.passed and ran and not self.errors
+        return self.closing.passed and self.moving.passed and self.loading.joints > 0 and ran and not self.errors

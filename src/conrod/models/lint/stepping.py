@@ -35,7 +35,7 @@ def step_too_long(bench: LintBench) -> Iterator[Finding]:
             "step [s]": step,
             "longest stable step [s]": longest.step if longest else f"none down to {step / 2**MAX_HALVINGS:.4g}",
             "steps made of those asked for": f"{bench.run.steps} of {bench.steps}",
-            "the run ended by": bench.run.broke or "nothing",
+            "the run ended": f"by {bench.run.broke}" if bench.run.broke else "at its last step",
         },
         why="the motion is the integrator's, not the machine's",
         fix="look at the start pose, overlapping geoms, gains, and masses next to zero",
