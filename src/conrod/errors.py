@@ -32,6 +32,10 @@ class InvalidInput(ValueError):
     """A value that cannot be used; the message names the value, the allowed ones and the nearest."""
 
 
+class OutsideLoopsError(InvalidInput):
+    """A drive that closed loops do not answer: of an actuator's control, or of a model without loops."""
+
+
 class UnknownName(InvalidInput, KeyError):
     """A name that a table lacks; also a KeyError, as mapping lookups raise."""
 

@@ -15,6 +15,8 @@ from table_files import write_file
 DRIVE = ("--drive", "crank=60rpm")
 BAR = four_bar()
 MOTOR = '<actuator><motor name="motor" joint="crank" ctrlrange="-1 1"/></actuator>'
+SERVO = '<actuator><position name="servo" joint="crank" kp="50" kv="2"/></actuator>'
+NO_LOOP = BAR.replace("<connect", "<!--").replace('site2="C" />', "-->")
 # A cart under the rocker: two freedoms.
 FIVE_BAR = BAR.replace(
     '<body name="rocker" pos="0.35 0 0"',
@@ -37,7 +39,9 @@ def timed_coarsely(monkeypatch: pytest.MonkeyPatch) -> None:
 MODELS = {
     "no drive": (BAR, ("--drive", "crank=hold"),
                  "none of its joints is driven: give --drive JOINT=LAW for one of crank, coupler, rocker"),
-    "no loop": (BAR.replace("<connect", "<!--").replace('site2="C" />', "-->"), DRIVE, "it has no closed loop"),
+    "no loop and a tolerance": (NO_LOOP, (*DRIVE, "--tolerance", "position=1mm"),
+                                "--tolerance does not go with --drive of an actuator, or outside loops"),
+    "a drive of nothing": (NO_LOOP, ("--drive", "cranc=60rpm"), "unknown joint or actuator 'cranc': did you mean"),
     "too many": (BAR, (*DRIVE, "--drive", "rocker=hold"),
                  "leaves 1; 1 of its 2 drives is too many: give 1 of crank, rocker"),
     "too few": (FIVE_BAR, DRIVE, "its closures take 2 of 4 degrees of freedom, which leaves 2, and 1 is driven"),
@@ -100,6 +104,20 @@ def test_a_model_is_judged_written_and_rendered_again(tmp_path: Path) -> None:
     assert len(pages) == 2
     assert conrod("report", str(out)).returncode == 0
     assert {path: path.read_text() for path in pages} == pages
+
+
+@pytest.mark.parametrize(
+    ("text", "drive", "words"),
+    [
+        (NO_LOOP, "crank=sine:20deg,1Hz", "crank = sine:20deg,1Hz: the law needs up to"),
+        (four_bar(more=SERVO), "servo=sine:5deg,1Hz", "servo = sine:5deg,1Hz: joint crank follows within"),
+    ],
+)
+def test_drive_that_no_loop_answers_is_inspected(tmp_path: Path, text: str, drive: str, words: str) -> None:
+    done = conrod("check", str(write_file(tmp_path, text, "bar.xml")), "--drive", drive)
+    assert words in done.stdout, done.stderr
+    assert "1 degree of freedom" in done.stdout or "3 degrees of freedom" in done.stdout
+    assert done.returncode in (0, 1)
 
 
 @pytest.mark.slow

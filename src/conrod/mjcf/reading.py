@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, OutsideLoopsError, unknown_choice
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialBody, SpatialClosure, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.exact.space.drive_laws import FORMS, DriveLaw, parse_drive_law
@@ -186,7 +186,8 @@ def laws_of(
     drivable = [one.name for one in tree.joints if one.kind in ("hinge", "slide")]
     for name, text in question.drives.items():
         if name not in by_name:
-            raise unknown_choice("joint", name, drivable)
+            unknown = unknown_choice("joint", name, drivable)
+            raise OutsideLoopsError(str(unknown)) if name in names_of(model, "actuator") else unknown
         joint = by_name[name]
         if joint.kind not in ("hinge", "slide"):
             raise InvalidInput(

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import conrod
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, OutsideLoopsError, unknown_choice
 from conrod.execution.resolve_arguments import OneScene
 from conrod.execution.runner import Runs
 from conrod.models.check.keywords import refuse_old_keywords
@@ -47,8 +47,9 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
             runs = Runs(ledger=Path(folder, "ledger.sqlite"), fresh=True, jobs=1)
             return conrod.validate(subject, **{"runs": runs, **_keywords("validate", "a scene", arguments)})
     is_table = name.endswith(TABLES) or columns_of(subject) is not None
-    if "drives" in arguments and not is_table and not name.endswith(FMUS):
-        return conrod.check_loops(subject, **_keywords("check_loops", "a model with drives", arguments, machine=scene))
+    driven = "drives" in arguments and not is_table and not name.endswith(FMUS)
+    if driven:
+        return _check_driven_model(subject, scene, arguments)
     if scene is None:
         if not is_table and not name.endswith(FMUS) and "inspect_model" in conrod.__all__:
             return conrod.inspect_model(subject, **_keywords("inspect_model", "a model without a scene", arguments))
@@ -63,6 +64,17 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
         return found
     given = _keywords("check_model", "a model", arguments, scene=scene)
     return conrod.check_model(subject, **{"crank": None, "points": {}, **given})
+
+
+def _check_driven_model(subject: Any, scene: OneScene | None, arguments: Mapping[str, Any]) -> Findings[Any]:
+    """Judge the loops of a model by its own exact motion; inspect it where its drives are of no loop."""
+    given = _keywords("check_loops", "a model with drives", arguments, machine=scene)
+    try:
+        return conrod.check_loops(subject, **given)
+    except OutsideLoopsError:
+        if scene is not None or "inspect_model" not in conrod.__all__:
+            raise
+    return conrod.inspect_model(subject, **_keywords("inspect_model", "a drive outside loops", arguments))
 
 
 # What each function judges, in words, by its name.

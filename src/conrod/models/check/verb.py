@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +22,7 @@ from conrod.cli.options import (
     refuse_others,
     tolerance_in,
 )
-from conrod.errors import InvalidInput, named_values
+from conrod.errors import InvalidInput, OutsideLoopsError, named_values
 from conrod.slices import SLICES
 from conrod.user_files.endings import FILES
 
@@ -283,15 +283,22 @@ def can_inspect() -> bool:
     return any(one.folder == "models.inspection" for one in SLICES)
 
 
-def inspect_models(names: tuple[str, ...], asked: CheckOptions) -> None:
-    """Say what model files are: whether they load, close and move."""
+def inspect_models(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, str] | None = None) -> None:
+    """Say what model files are: whether they load, close and move.
+
+    Args:
+        drives: laws of actuators, or of joints outside loops.
+    """
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.local import FILE_TIMEOUT
     from conrod.models.inspection.api import inspect_model
     from conrod.models.inspection.report import INSPECTION_REPORT
     from conrod.user_files.files import check_readable, protected_model_files
 
-    refuse_others(asked, "a model without --scene", *INSPECTED)
+    if drives:
+        refuse_others(asked, "--drive of an actuator, or outside loops", "--drive", *INSPECTED)
+    else:
+        refuse_others(asked, "a model without --scene", *INSPECTED)
     parts, inputs = dict[str, str](), dict[str, Path]()
     for name in names:
         if Path(name).stem in parts:
@@ -309,6 +316,7 @@ def inspect_models(names: tuple[str, ...], asked: CheckOptions) -> None:
         found = inspect_model(
             names,
             keyframe=asked.keyframe,
+            drives=drives,
             controls=controls_in(asked.controls),
             unit=_unit_of_model(asked),
             progress=begin,
@@ -355,20 +363,27 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             under_way.close()
             under_way.enter_context(waiting(name, FILE_TIMEOUT))
 
-        found = check_loops(
-            subjects,
-            drives=drives,
-            points=asked.points,
-            keyframe=asked.keyframe,
-            controls=controls_in(asked.controls),
-            seconds=asked.seconds,
-            tolerance=tolerance_in(asked.tolerance, LOOP_UNITS),
-            machine=asked.scene,
-            unit=_unit_of_model(asked),
-            baseline=asked.baseline,
-            accept=asked.accept,
-            progress=begin,
-        )
+        try:
+            found = check_loops(
+                subjects,
+                drives=drives,
+                points=asked.points,
+                keyframe=asked.keyframe,
+                controls=controls_in(asked.controls),
+                seconds=asked.seconds,
+                tolerance=tolerance_in(asked.tolerance, LOOP_UNITS),
+                machine=asked.scene,
+                unit=_unit_of_model(asked),
+                baseline=asked.baseline,
+                accept=asked.accept,
+                progress=begin,
+            )
+        except OutsideLoopsError:
+            if not can_inspect() or SPATIAL in names or any(name in MACHINES for name in subjects):
+                raise
+            under_way.close()
+            inspect_models(names, asked, drives)
+            return
     files.print_and_write(found, command, parts)
     if dossier:
         dossier.write(found)

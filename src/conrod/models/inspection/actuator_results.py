@@ -89,7 +89,7 @@ class StepBounds:
         largest: largest tried step [s] whose response is that of half the step; None if none is.
         implicitfast: the same with `implicitfast`; None if none is, or it was not tried.
         diverges: whether the response diverges at the model's own step.
-        change: share of its range by which the response at the model's own step differs from that at half of it.
+        change: share of its range by which half of the model's own step changes the response; None where it diverges.
         tried: least and largest tried step [s].
     """
 
@@ -98,7 +98,7 @@ class StepBounds:
     largest: float | None
     implicitfast: float | None
     diverges: bool
-    change: float
+    change: float | None
     tried: tuple[float, float]
 
     @property
@@ -109,15 +109,17 @@ class StepBounds:
     @property
     def fails_own(self) -> bool:
         """True if the response at the model's own step diverges, or is another one."""
-        return self.diverges or self.change > MAX_STEP_CHANGE
+        return self.change is None or self.change > MAX_STEP_CHANGE
 
     @property
     def words(self) -> str:
         """The bounds in words."""
         own, implicit = _step_text(self.own), self.implicitfast
         other = f", with implicitfast {_step_text(implicit)}" if implicit and implicit > (self.largest or 0.0) else ""
+        if not self.bears_own and not self.fails_own:
+            return f"with half its step of {own} it changes by {percent_text(self.change or 0.0)}{other}"
         if not self.bears_own:
-            what = "diverges" if self.diverges else f"changes by {percent_text(self.change)} with half the step,"
+            what = "diverges" if self.change is None else f"changes by {percent_text(self.change)} with half the step,"
             bears = None if self.largest is None else f"the largest that it bears is {_step_text(self.largest)}"
             least = bears or f"none down to {_step_text(self.tried[0])} is small enough"
             return f"{what} at its step of {own}: {least} ({self.integrator}){other}"
@@ -140,7 +142,7 @@ class ActuatorResult:
         unit: unit of what it moves: rad or m.
         inertia: inertia that it moves, along its joint or length [kg m^2 or kg]; None where it moves nothing.
         load: force [N or N m, before its gear] that holds the start against weight and springs.
-        limit: largest force of the actuator to either side; infinite without one.
+        limit: largest force of the actuator to the weaker side; None without one.
         sag: how far it is off its command at rest [rad or m; rad/s or m/s of a speed]; None where not tried.
         responses: responses to jumps of its command, in the order of time.
         broke: why its run broke off; empty if it did not.
@@ -159,7 +161,7 @@ class ActuatorResult:
     unit: str
     inertia: float | None = None
     load: float = 0.0
-    limit: float = math.inf
+    limit: float | None = None
     sag: float | None = None
     responses: tuple[StepResponse, ...] = ()
     broke: str = ""
@@ -189,8 +191,10 @@ class ActuatorResult:
     @property
     def is_too_weak(self) -> bool:
         """True if it is at its force limit and not where it is commanded to, or its load is beyond the limit."""
-        held = any(abs(one.last) >= AT_LIMIT_SHARE * self.limit and not one.is_reached for one in self.responses)
-        return math.isfinite(self.limit) and (held or (self.sag is not None and abs(self.load) > self.limit))
+        if (limit := self.limit) is None or self.sag is None:
+            return False
+        held = (abs(one.last) >= AT_LIMIT_SHARE * limit and not one.is_reached for one in self.responses)
+        return abs(self.load) > limit or any(held)
 
     @property
     def alarms(self) -> tuple[str, ...]:
@@ -270,7 +274,7 @@ class ActuatorResult:
             yield self.steps.words
 
     def _peak_words(self, peak: float) -> str:
-        of = f" of {measured_text(self.limit)}" if math.isfinite(self.limit) else ""
+        of = "" if self.limit is None else f" of {measured_text(self.limit)}"
         return f"peak {measured_text(peak)}{of} {self.force_unit}"
 
     def _force_words(self) -> Iterator[str]:

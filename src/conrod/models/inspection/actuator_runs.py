@@ -72,13 +72,8 @@ def prepare_trial(
     The other servos hold what they hold at the start. A joint that another force drives, and that no loop ties to
     others, is held still, as is a floating base: nothing else would hold them.
     """
-    made, data = copy.copy(model), copy.copy(start)
-    made.opt.disableflags |= compat.disable_bit("AUTORESET")
-    held = _joints_to_hold(model, one, every)
-    if held:
-        dofs = np.flatnonzero(np.isin(model.dof_jntid, held))
-        size = float(model.body_mass.sum()) * max(float(model.stat.extent), 1e-6) ** 2
-        set_armature(made, dofs.tolist(), HOLDING_RATIO * max(size, float(model.dof_M0.max(initial=1e-9))))
+    data = copy.copy(start)
+    made, held = held_model(model, one, every)
     fresh = mujoco.MjData(made)
     size_of_state = mujoco.mj_stateSize(made, mujoco.mjtState.mjSTATE_INTEGRATION)
     state = np.empty(size_of_state)
@@ -94,6 +89,19 @@ def prepare_trial(
     return TrialBench(
         made, fresh, one, direction, inertia, load, tuple(name_or_number(model, "joint", j) for j in held)
     )
+
+
+def held_model(
+    model: mujoco.MjModel, one: TriedActuator, every: Iterable[TriedActuator]
+) -> tuple[mujoco.MjModel, list[int]]:
+    """Copy a model for runs of an actuator, with joints held still that nothing else holds; name these joints."""
+    made, held = copy.copy(model), _joints_to_hold(model, one, every)
+    made.opt.disableflags |= compat.disable_bit("AUTORESET")
+    if held:
+        dofs = np.flatnonzero(np.isin(model.dof_jntid, held))
+        size = float(model.body_mass.sum()) * max(float(model.stat.extent), 1e-6) ** 2
+        set_armature(made, dofs.tolist(), HOLDING_RATIO * max(size, float(model.dof_M0.max(initial=1e-9))))
+    return made, held
 
 
 def _joints_to_hold(model: mujoco.MjModel, one: TriedActuator, every: Iterable[TriedActuator]) -> list[int]:

@@ -69,7 +69,8 @@ def _try_one(
     """Try an actuator by its kind."""
     bench = prepare_trial(model, start, one, every)
     result = ActuatorResult(
-        one.name, one.kind, one.drives, one.unit, bench.inertia or None, bench.load / one.gear, one.limit,
+        one.name, one.kind, one.drives, one.unit, bench.inertia or None, bench.load / one.gear,
+        one.limit if math.isfinite(one.limit) else None,
         remark=_held_words(bench.held),
     )  # fmt: skip
     if not bench.inertia:
@@ -280,7 +281,7 @@ def _try_force(bench: TrialBench, result: ActuatorResult, *, search: bool) -> Ac
     run = run_trial(bench, data, max(2, round(seconds / bench.step)), span)
     limited = bool(model.actuator_ctrllimited[one.control]) or math.isfinite(one.limit)
     result = replace(
-        result, acceleration=acceleration, full=full, broke=run.broke, limit=limit if limited else math.inf,
+        result, acceleration=acceleration, full=full, broke=run.broke, limit=limit if limited else None,
         holds=holds if limited else None, span=whole,
         remark="; ".join(filter(None, (result.remark, remark if holds is not None else ""))),
     )  # fmt: skip

@@ -34,7 +34,7 @@ def inspect_model(
     Args:
         model: paths of MJCF or binary files, or a model in memory.
         keyframe: keyframe to start from; None for the first, "qpos0" for none.
-        drives: law of each driven joint, such as `{"crank": "60rpm"}`; None to choose one.
+        drives: law of each actuator or joint, such as `{"servo": "sine:20deg,1Hz"}`; None to try all actuators.
         controls: inputs of actuators in place of the keyframe's, in MuJoCo's units.
         unit: unit of the model's lengths: m, cm, mm or inch; metres where none is given.
         progress: called with the name of each model before it is inspected.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from conrod.models.inspection.actuator_results import ActuatorResult, percent_text
+from conrod.models.inspection.moving_results import KeyframeHold, enumerate_names
 from conrod.report.numbers import measured_text, quantity
 
 MAX_EACH = 3  # actuators that are all described one by one
@@ -57,3 +58,11 @@ def _common(tried: list[ActuatorResult]) -> Iterator[str]:
     steps = [one.steps.largest for one in tried if one.steps is not None and one.steps.largest is not None]
     if steps:
         yield f"largest stable step {quantity(1e3 * min(steps), 3)} ms"
+
+
+def keyframe_lines(held: Sequence[KeyframeHold]) -> Iterator[str]:
+    """Yield a line on the keyframes that stay, and one on each that does not."""
+    if stay := [one.name for one in held if one.stays]:
+        said = "keyframes {} stay" if len(stay) > 1 else "keyframe {} stays"
+        yield f"{said.format(enumerate_names(stay))} where its controls hold it"
+    yield from (one.words for one in held if not one.stays)

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from conrod.mjcf.loop_results import LoopStudy
 from conrod.mjcf.request import MAX_START_OPENING, MIN_NAMED_OPENING, Controls
 from conrod.models.inspection.actuator_results import ActuatorResult
+from conrod.models.inspection.moving_results import FreeEnergy, KeyframeHold, LawResponse, ModelMobility
+from conrod.models.inspection.moving_words import actuator_lines, keyframe_lines
 from conrod.models.lint.findings import Finding, Severity
 
 
@@ -114,19 +116,44 @@ class Closing:
 
 @dataclass(frozen=True)
 class Moving:
-    """What moves a model.
+    """What moves a model, and how well.
 
     Attributes:
-        lines: degrees of freedom and what its actuators did, in words.
-        alarms: what is wrong with actuators, each with its name.
-        passed: whether something can move, and no run of an actuator broke off.
-        actuators: results of its actuators.
+        mobility: its degrees of freedom, and what drives them; None of a model that has too many to count.
+        actuators: results of its actuators, in order; empty where laws are given.
+        keyframes: its keyframes, held by their controls.
+        energy: energy of its free swing; None of a model that is no open chain.
+        followed: responses to the laws that were given.
     """
 
-    lines: tuple[str, ...]
-    alarms: tuple[str, ...]
-    passed: bool
+    mobility: ModelMobility | None
     actuators: tuple[ActuatorResult, ...] = ()
+    keyframes: tuple[KeyframeHold, ...] = ()
+    energy: FreeEnergy | None = None
+    followed: tuple[LawResponse, ...] = ()
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """What is wrong with what moves it, each in words with its name."""
+        weak = (one.words for one in self.followed if one.is_too_weak or one.broke)
+        left = (one.words for one in self.keyframes if not one.stays)
+        grown = (self.energy.words,) if self.energy is not None and self.energy.grows else ()
+        return (*(f"{one.name} {words}" for one in self.actuators for words in one.alarms), *weak, *left, *grown)
+
+    @property
+    def passed(self) -> bool:
+        """True if something can move, and no run broke off."""
+        broke = [one.broke for one in self.actuators]
+        broke += [*(one.broke for one in self.keyframes), *(one.broke for one in self.followed)]
+        return not (self.mobility is not None and self.mobility.is_stuck) and not any(broke)
+
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """The answer to `what moves it?` in lines; one at least."""
+        many = "its degrees of freedom are too many to count" if self.mobility is None else self.mobility.words
+        said = [many, *(one.words for one in self.followed), *actuator_lines(self.actuators)]
+        said += keyframe_lines(self.keyframes)
+        return (*said, *((self.energy.words,) if self.energy is not None and self.energy.grows else ()))
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -81,11 +80,11 @@ class _Search:
         times = np.linspace(0.0, (MIN_STEPS - 1) / MIN_STEPS * self._seconds, COMPARED_INSTANTS)
         return np.array([np.interp(times, step * np.arange(count), values) for values in (run.values, run.rates)])
 
-    def change(self, step: float) -> float:
-        """Share of the response's range by which half the step changes it; infinite where one diverges."""
+    def change(self, step: float) -> float | None:
+        """Share of the response's range by which half the step changes it; None where one of both diverges."""
         one, half = self.response(step), self.response(0.5 * step)
         if one is None or half is None:
-            return math.inf
+            return None
         ranges = np.maximum(np.ptp(half, axis=1), [MIN_MOVE * self._span, MIN_MOVE * self._span / self._seconds])
         change = np.abs(one - half)
         # Rates in the end: what swings from step to step hardly moves. How fast it begins to move is the step's.
@@ -94,7 +93,8 @@ class _Search:
 
     def is_same(self, step: float) -> bool:
         """True if the response is that of half the step."""
-        return self.change(step) <= MAX_CHANGE
+        change = self.change(step)
+        return change is not None and change <= MAX_CHANGE
 
     def largest(self) -> tuple[float | None, tuple[float, float]]:
         """The largest step whose response is that of half of it, and the least and largest tried."""

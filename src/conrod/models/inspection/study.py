@@ -17,10 +17,11 @@ from conrod.mjcf.runs import user_model_errors
 from conrod.mjcf.unit_of_length import controls_in_metres, coordinate_powers
 from conrod.models.inspection.closing import examine_closing
 from conrod.models.inspection.drive_choice import choose_drives
+from conrod.models.inspection.following import drives_of_joints
 from conrod.models.inspection.loading import URDF, load_for_inspection
 from conrod.models.inspection.moving_study import study_moving
 from conrod.models.inspection.prepared_document import prepared_document
-from conrod.models.inspection.results import Closing, Inspection, InspectionRequest, Moving
+from conrod.models.inspection.results import Closing, Inspection, InspectionRequest
 from conrod.models.lint.bench import Document
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
@@ -40,11 +41,10 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
         controls = controls_in_metres(model, question.controls, question.unit)
         data, _ = data_at_start(model, question.keyframe, controls)
         closing = examine_closing(model, question.keyframe, question.unit)
-        moving = study_moving(model, data)
-        moved = Moving(moving.lines, moving.alarms, moving.passed, moving.actuators)
-        found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moved)
-    drives, not_judged = question.drives, ""
-    if not drives:
+        moving = study_moving(model, data, question.drives)
+        found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moving)
+    drives, not_judged = drives_of_joints(model, question.drives), ""
+    if not question.drives:
         drives, not_judged = choose_drives(
             model, start_pose(model, question), pose_inside(closing, model, question.unit)
         )

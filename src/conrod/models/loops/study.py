@@ -15,7 +15,7 @@ from conrod.comparison.convergence import claimed_order
 from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forces
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, OutsideLoopsError
 from conrod.exact.motion import QUANTITIES, Array, PointMotion
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
@@ -72,7 +72,8 @@ def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float
         return replace(study, remarks=(*study.remarks, *left_out))
     except InvalidInput as error:
         words = append_causes(str(error).removeprefix(f"{path}: "), describe_closures(model))
-        raise InvalidInput(f"{path}: {words}{against}") from None
+        outside = isinstance(error, OutsideLoopsError) and question.machine is None
+        raise (OutsideLoopsError if outside else InvalidInput)(f"{path}: {words}{against}") from None
 
 
 def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
@@ -172,7 +173,7 @@ class _LoopBench:
         tree = tree_of(model, data.qpos)
         if not tree.closures:
             off = inactive_words(model)
-            raise InvalidInput(f"it has no closed loop{f': {off}' if off else ''}")
+            raise OutsideLoopsError(f"it has no closed loop{f': {off}' if off else ''}")
         laws, held = laws_of(model, tree, question)
         seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
         if not 2.0 * step <= seconds <= MAX_STEPS * step:
