@@ -18,7 +18,7 @@ from conrod.engines.mujoco.mjcf import mjcf_text
 from conrod.engines.mujoco.model import compile_mjcf
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
-from conrod.models.lint.bench import first_difference
+from conrod.mjcf.document import first_difference
 from conrod.scenes import scene_named
 from docs.studies.healthy import variant
 

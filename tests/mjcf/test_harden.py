@@ -17,7 +17,9 @@ from own_model_edits import TEXTS, replace_once
 
 from conrod.engines.mujoco.model import equality_jacobian
 from conrod.exact.motion import Array
+from conrod.mjcf.edits import Recipe, apply_recipe
 from conrod.mjcf.equalities import constraint_violations
+from conrod.mjcf.hardenable import active_closures
 from conrod.mjcf.runs import STATE
 from conrod.models.harden import recipe as recipes
 from conrod.models.harden.results import HardenedModel
@@ -80,7 +82,7 @@ def found(keyframe: str) -> HardenedModel:
     return harden_file(LEGGED, keyframe, 0.15)
 
 
-def alone(recipe: recipes.Recipe) -> recipes.Recipe:
+def alone(recipe: Recipe) -> Recipe:
     """The weights, and nothing else."""
     return tuple(edit for edit in recipe if edit.scales)
 
@@ -95,9 +97,9 @@ def test_hardening_closes_loops_by_the_whole_recipe_alone() -> None:
     assert after.drift < 1e-3 * before.drift
     # Control: it is the whole recipe that does it. Weights alone leave the loops to the step of Euler; softness stays
     # whatever the step, so that RK4 alone has no order at all.
-    closures = recipes.active_closures(legged())
+    closures = active_closures(legged())
     start, _ = closed_start(legged(), "swing")
-    scaled, soft = recipes.apply_recipe(legged(), alone(recipes.recipe_for(legged(), closures))), copy.copy(legged())
+    scaled, soft = apply_recipe(legged(), alone(recipes.recipe_for(legged(), closures))), copy.copy(legged())
     soft.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
     for model, order in ((scaled, 1.0), (soft, 0.0)):
         wide = [opening_of(model, start, 150, 3, k) for k in (1, 4)]
@@ -114,10 +116,10 @@ def test_hardened_motion_equals_that_of_lagrange_multipliers() -> None:
     # An independent judge: neither MuJoCo's solver nor any regularisation is in it.
     state = closed_start(legged(), "swing")[0]
     exact = exact_points(legged(), state, 100, 20)
-    recipe = recipes.recipe_for(legged(), recipes.active_closures(legged()))
+    recipe = recipes.recipe_for(legged(), active_closures(legged()))
 
-    def error(recipe: recipes.Recipe) -> float:
-        return float(np.abs(run_finer(recipes.apply_recipe(legged(), recipe), state, 100, 20).centres - exact).max())
+    def error(recipe: Recipe) -> float:
+        return float(np.abs(run_finer(apply_recipe(legged(), recipe), state, 100, 20).centres - exact).max())
 
     assert error(recipe) < 2e-8
     assert error(()) > 1e-4
@@ -126,7 +128,7 @@ def test_hardened_motion_equals_that_of_lagrange_multipliers() -> None:
         other = tuple(replace(edit, value=edit.value * share) if edit.scales else edit for edit in recipe)
         assert error(recipe) < 0.05 * error(other)
     stiff = two_arms(BELT.format('solimp="0.9999 0.9999 0.001"'))
-    factors = [recipe[0].value, recipes.recipe_for(stiff, recipes.active_closures(stiff))[0].value]
+    factors = [recipe[0].value, recipes.recipe_for(stiff, active_closures(stiff))[0].value]
     assert factors == pytest.approx([9e-9, 1e-5], rel=2e-3)
 
 
@@ -190,7 +192,7 @@ BELT = '<joint name="belt" joint1="a" joint2="b" {}/>'
 )
 def test_a_closure_that_is_meant_to_give_way_is_refused_by_name(equality: str, why: str) -> None:
     model = two_arms(equality)
-    reasons = recipes.soft_on_purpose(model, recipes.active_closures(model))
+    reasons = recipes.soft_on_purpose(model, active_closures(model))
     assert [reason.startswith("belt: ") and why in reason for reason in reasons] == [True] * bool(why)
 
 
@@ -222,7 +224,7 @@ def test_weld_to_a_mocap_body_is_a_handle_and_no_closure(grip: str, tmp_path: Pa
     assert "joint belt" in harden_file(path, seconds=0.1, force=True).loops
     # Negative control: a body that stands still is no hand.
     fixed = mujoco.MjModel.from_xml_string(text.replace(' mocap="true"', "").format(grip))
-    assert [one.name for one in recipes.active_closures(fixed)] == ["grip"]
+    assert [one.name for one in active_closures(fixed)] == ["grip"]
 
 
 def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
@@ -240,9 +242,9 @@ def test_softness_is_how_far_a_closure_gives_way_under_a_force() -> None:
 
 
 def test_set_const_undoes_hardening_and_recipe_detects_hardening() -> None:
-    closures = recipes.active_closures(legged())
+    closures = active_closures(legged())
     recipe = recipes.recipe_for(legged(), closures)
-    model = recipes.apply_recipe(legged(), recipe)
+    model = apply_recipe(legged(), recipe)
     assert "hardened already" in recipes.refusal_reason(model, closures)
     mujoco.mj_setConst(model, mujoco.MjData(model))
     np.testing.assert_allclose(
@@ -250,11 +252,9 @@ def test_set_const_undoes_hardening_and_recipe_detects_hardening() -> None:
     )
     assert recipes.refusal_reason(model, closures) == recipes.refusal_reason(legged(), closures) == ""
     inactive = two_arms(BELT.format('active="false"'))
-    assert "none of its equality constraints is active" in recipes.refusal_reason(
-        inactive, recipes.active_closures(inactive)
-    )
+    assert "none of its equality constraints is active" in recipes.refusal_reason(inactive, active_closures(inactive))
     state = closed_start(legged(), "swing")[0]
-    undone, hard = (opening_of(one, state, 100, 2) for one in (model, recipes.apply_recipe(legged(), recipe)))
+    undone, hard = (opening_of(one, state, 100, 2) for one in (model, apply_recipe(legged(), recipe)))
     assert hard < 1e-5 * undone
 
 
@@ -268,14 +268,14 @@ def test_loops_that_open_more_when_hard_are_refused(tmp_path: Path, monkeypatch:
     model.write_text(text)
     assert harden_file(model, "swing", 0.05).refusals == ()
 
-    edited = recipes.apply_recipe
+    edited = apply_recipe
 
-    def slow(model: mujoco.MjModel, recipe: recipes.Recipe) -> mujoco.MjModel:
+    def slow(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
         changed = edited(model, alone(recipe))
         changed.eq_solref[:3, 0] = 0.1
         return changed
 
-    monkeypatch.setattr("conrod.models.harden.recipe.apply_recipe", slow)
+    monkeypatch.setattr("conrod.models.harden.study.apply_recipe", slow)
     study, forced = (harden_file(model, "swing", 0.05, force=force) for force in (False, True))
     (reason,) = study.refusals
     assert "its loops open more" in reason
@@ -304,15 +304,13 @@ def test_curved_joint_equality_is_not_slowed_by_hardening() -> None:
     model = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1" polycoef="0 1 0.3 0 0"/>')
     straight = two_arms('<joint name="cam" joint1="a" joint2="b" solref="0.005 1"/>')
     slowed = [
-        next(e.value for e in recipes.recipe_for(one, recipes.active_closures(one)) if not e.scales)
+        next(e.value for e in recipes.recipe_for(one, active_closures(one)) if not e.scales)
         for one in (model, straight)
     ]
     assert slowed == [mujoco.mjtIntegrator.mjINT_RK4, 0.02]
-    assert any(
-        "cam" in note and "velocity" in note for note in recipes.hardening_notes(model, recipes.active_closures(model))
-    )
-    assert recipes.hardening_notes(straight, recipes.active_closures(straight)) == ()
-    hard, wide = recipes.apply_recipe(model, recipes.recipe_for(model, recipes.active_closures(model))), []
+    assert any("cam" in note and "velocity" in note for note in recipes.hardening_notes(model, active_closures(model)))
+    assert recipes.hardening_notes(straight, active_closures(straight)) == ()
+    hard, wide = apply_recipe(model, recipes.recipe_for(model, active_closures(model))), []
     for constant in (0.01, 0.02):
         hard.eq_solref[0, 0] = constant
         wide.append(opening_of(hard, closed_start(model)[0], 400, 4))

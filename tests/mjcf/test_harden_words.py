@@ -13,6 +13,8 @@ import pytest
 from conrod.comparison.other_forces import OtherForce
 from conrod.engines.mujoco import compat
 from conrod.errors import InvalidInput
+from conrod.mjcf.edits import apply_recipe
+from conrod.mjcf.hardenable import active_closures, hardenable_closures
 from conrod.mjcf.runs import STATE
 from conrod.models.harden import recipe as recipes
 from conrod.models.harden import study
@@ -71,7 +73,7 @@ def test_numbers_behind_the_coefficients_bend_no_closure() -> None:
     model = arms()
     for place, curved in ((5, False), (4, True)):
         model.eq_data[0, place] = 1.0
-        assert recipes.active_closures(model)[0].curved is curved
+        assert active_closures(model)[0].curved is curved
 
 
 def test_recipe_lines_load_the_file_and_name_when_to_repeat() -> None:
@@ -92,7 +94,7 @@ def test_closures_have_weights_of_bodies_joints_or_tendons() -> None:
         f'<tendon name="y" tendon1="f" tendon2="g" {curved}/><tendon name="z" tendon1="r"/>'
         f'<joint name="off" joint1="a" active="false"/>{GRIP}'
     )
-    found = recipes.active_closures(model)
+    found = active_closures(model)
     assert found == (
         Closure(0, "c", "connect", "body", (1, 2)), Closure(1, "w", "weld", "body", (2, 0)),
         Closure(2, "j", "joint", "dof", (0, 1), curved=True), Closure(3, "k", "joint", "dof", (1,)),
@@ -100,7 +102,7 @@ def test_closures_have_weights_of_bodies_joints_or_tendons() -> None:
         Closure(6, "z", "tendon", "tendon", (2,), curved=True),
     )  # fmt: skip
     assert [type(one.curved) for one in found] == [bool] * 7
-    assert [one.name for one in recipes.hardenable_closures(model)][-1] == "grip"
+    assert [one.name for one in hardenable_closures(model)][-1] == "grip"
     # The world has no weight.
     weights = recipes.inverse_weights(model, found)
     assert weights == pytest.approx(np.concatenate([
@@ -110,13 +112,13 @@ def test_closures_have_weights_of_bodies_joints_or_tendons() -> None:
     for flag in ("equality", "constraint"):
         model = arms(BELT + GRIP)
         model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag.upper()}"))
-        assert recipes.hardenable_closures(model) == ()
+        assert hardenable_closures(model) == ()
 
 
 def test_a_recipe_has_weights_time_constants_and_options() -> None:
     fast = BELT.replace("/>", ' solref="0.004 1"/>')
     model = arms(fast + GRIP, option='solver="CG"')
-    (belt,) = recipes.active_closures(model)
+    (belt,) = active_closures(model)
     weights, slow, integrator, solver = recipes.recipe_for(model, (belt,))
     # 1e-9 d / (1 - d) at d = 0.9, and ten steps of 2 ms.
     assert weights == Edit("dof_invweight0", 9e-9, [0, 1], ["a", "b"])
@@ -126,10 +128,10 @@ def test_a_recipe_has_weights_time_constants_and_options() -> None:
     # What is slow enough, or has no time constant, is left as it is.
     for solref in ("0.02 1", "-200 -5"):
         calm = arms(BELT.replace("/>", f' solref="{solref}"/>'), option='integrator="RK4"')
-        assert [one.array for one in recipes.recipe_for(calm, recipes.active_closures(calm))] == ["dof_invweight0"]
-    grip = recipes.recipe_for(model, recipes.hardenable_closures(model)[1:])
+        assert [one.array for one in recipes.recipe_for(calm, active_closures(calm))] == ["dof_invweight0"]
+    grip = recipes.recipe_for(model, hardenable_closures(model)[1:])
     assert grip[0] == Edit("body_invweight0", 9e-9, [3, 4], ["hand", "held"])
-    changed = recipes.apply_recipe(model, (weights,))
+    changed = apply_recipe(model, (weights,))
     assert changed.dof_invweight0[0] == pytest.approx(9e-9 * model.dof_invweight0[0])
     exact = compat.enable_bit("DIAGEXACT")
     if exact:
@@ -174,11 +176,11 @@ def test_reasons_to_leave_closures_soft_name_them() -> None:
         '<joint name="r" joint1="a" joint2="b" solref="0 1"/><joint name="s" joint1="a" joint2="b"/>'
     )
     model.eq_solref[2] = 0.0, 1.0
-    assert recipes.soft_on_purpose(model, recipes.active_closures(model)) == (
+    assert recipes.soft_on_purpose(model, active_closures(model)) == (
         "p, r: stiffness and damping are given as such (solref <= 0), so meant to give way",
         "q: softer than MuJoCo's stock setting, so meant to give way",
     )
-    assert recipes.soft_on_purpose(arms(), recipes.active_closures(arms())) == ()
+    assert recipes.soft_on_purpose(arms(), active_closures(arms())) == ()
 
 
 CURVED = '<joint name="cam" joint1="a" joint2="b" polycoef="0 1 0.5 0 0"/>'
@@ -196,7 +198,7 @@ CURVED = '<joint name="cam" joint1="a" joint2="b" polycoef="0 1 0.5 0 0"/>'
 ])  # fmt: skip
 def test_notes_say_what_stays_soft(equality: str, notes: tuple[str, ...]) -> None:
     model = arms(equality)
-    assert recipes.hardening_notes(model, recipes.active_closures(model)) == notes
+    assert recipes.hardening_notes(model, active_closures(model)) == notes
 
 
 @pytest.mark.parametrize(("equality", "reason"), [
@@ -207,7 +209,7 @@ def test_notes_say_what_stays_soft(equality: str, notes: tuple[str, ...]) -> Non
 ])  # fmt: skip
 def test_what_cannot_be_hardened_is_refused_with_its_reason(equality: str, reason: str) -> None:
     model = arms(equality)
-    assert recipes.refusal_reason(model, recipes.active_closures(model)) == reason
+    assert recipes.refusal_reason(model, active_closures(model)) == reason
 
 
 @pytest.mark.parametrize(("share", "reason"), [
@@ -217,7 +219,7 @@ def test_what_cannot_be_hardened_is_refused_with_its_reason(equality: str, reaso
 def test_weights_of_less_than_half_were_scaled(share: float, reason: str) -> None:
     model = arms()
     model.dof_invweight0[:] *= share
-    assert recipes.refusal_reason(model, recipes.active_closures(model)) == reason
+    assert recipes.refusal_reason(model, active_closures(model)) == reason
 
 
 def test_what_has_no_weight_has_nothing_to_harden() -> None:
@@ -311,7 +313,7 @@ def test_a_closure_that_says_the_same_but_for_rounding_is_one() -> None:
 def test_runs_are_compared_as_they_are_and_hardened(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "time_stepper_pair", lambda one, other: (one, other))
     model = arms(more=KEYS + MOTOR)
-    hard = recipes.apply_recipe(model, recipes.recipe_for(model, recipes.active_closures(model)))
+    hard = apply_recipe(model, recipes.recipe_for(model, active_closures(model)))
     state, _ = closed_start(model, "k", (("m", 0.5),))
     found = compare_runs(model, hard, state, 20, 2, [0])
     assert (found["size"], found["timestep"], found["seconds"]) == (float(model.stat.extent), 0.002, 0.04)

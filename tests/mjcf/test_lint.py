@@ -19,9 +19,9 @@ from own_model_edits import replace_once
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.anchors import parts_apart
+from conrod.mjcf.document import first_difference
 from conrod.models.invariances.results import InvarianceOutcome
 from conrod.models.invariances.study import study_invariances
-from conrod.models.lint.bench import first_difference
 from conrod.models.lint.findings import Finding, Report, Severity, sarif
 from conrod.models.lint.linting import RULES, lint
 from conrod.user_files.files import model_files

@@ -16,9 +16,10 @@ from four_bars import four_bar
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf.document import Document, first_difference
 from conrod.mjcf.runs import Run, state_of
 from conrod.models.lint import closures, stepping
-from conrod.models.lint.bench import BOUNDLESS, Document, LintBench, first_difference
+from conrod.models.lint.bench import BOUNDLESS, LintBench
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity, sarif
 from conrod.models.lint.linting import RULES, fix, judge_rules, lint, prepare_bench
 

@@ -65,7 +65,7 @@ def with_settings(
     set_step(made, step)
     option.disableflags |= compat.disable_bit("AUTORESET")
     if label != OWN:
-        settings = _settings(label, step, period, idle, contact)
+        settings = preset_settings(label, step, period, idle, contact)
         option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
         option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{settings.solver.upper()}")
         option.iterations = settings.iterations
@@ -79,22 +79,12 @@ def with_settings(
     return made
 
 
-def settings_as_mjcf(label: str, step: float, period: float, idle: bool) -> str:
-    """Edits that give a model the settings of `with_settings`: MJCF, and Python for hardening."""
-    if label == OWN:
-        return f'<option timestep="{step:.6g}"/>'
-    settings = _settings(label, step, period, idle)
-    solref, solimp = (" ".join(f"{value:.6g}" for value in pair) for pair in (settings.solref, settings.solimp))
-    solver = f'solver="Newton" tolerance="{SOLVER_TOLERANCE:g}"'
-    option = f'<option timestep="{step:.6g}" integrator="{settings.integrator}" {solver}/>'
-    closures = f'<default><equality solref="{solref}" solimp="{solimp}"/></default>'
-    hardened = (
-        "" if settings.hardening is None else f"\nconrod.harden(model, {settings.hardening:g})  # after compiling"
-    )
-    return f"{option}\n{closures}{hardened}"
+def preset_settings(label: str, step: float, period: float, idle: bool, contact: bool = False) -> MuJoCoSettings:
+    """Return a preset's settings at a step [s], for a machine whose slowest drive has a period [s].
 
-
-def _settings(label: str, step: float, period: float, idle: bool, contact: bool = False) -> MuJoCoSettings:
+    Args:
+        idle, contact: as in `with_settings`.
+    """
     tuned = MuJoCoSettings("stock", 2, step).with_tuned_solver(contact)
     if label != "hardened":
         return tuned

@@ -20,6 +20,7 @@ LOOP_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 LOOPS = "loops"
 # MuJoCo's own constraints place a model as its exact motion does, within this share of the travel.
 KINEMATIC_TOLERANCE = 1e-9
+FEWEST_STEPS = 8  # of a motion, with which settings are tried at least
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,8 @@ class LoopRequest:
         machine: machine that the model must be, a name or a model file; None if it is its own reference.
         unit: unit of the file's lengths [m].
         shares: allowed errors that were given as shares of `LoopStudy.scales`, by quantity.
+        searched_share: share of the range of motion that settings are searched for where no tolerance is given; 0 for
+            no search.
     """
 
     drives: Mapping[str, str]
@@ -47,6 +50,7 @@ class LoopRequest:
     machine: str | None = None
     unit: float = 1.0
     shares: Mapping[str, float] = field(default_factory=dict)
+    searched_share: float = 0.0
 
     def in_si(self, scales: Mapping[str, float]) -> LoopRequest:
         """The same request with its shares of scales [SI] among the tolerances."""
@@ -180,6 +184,37 @@ class ShippedRun:
 
 
 @dataclass(frozen=True)
+class SettingsSearch:
+    """Search for the cheapest settings that hold a tolerance, in steps of powers of two.
+
+    Attributes:
+        allowed: tolerance by quantity [SI].
+        names: settings that were tried.
+        steps: smallest and largest step that was tried [s].
+        best: cheapest run that holds the tolerance; None if none does.
+        shipped: the file's own run with the settings of `best`.
+        coarser, coarser_shipped: the same with twice its step, which do not hold; None where no larger step was tried.
+        nearest: where none holds, the run with the least errors over their limits.
+        speed, own_speed: simulated seconds in a second of CPU time on this machine, with the best and the own settings.
+        python: lines of Python that make the best settings of a compiled model.
+        after_compiling: those of them that MJCF cannot express.
+    """
+
+    allowed: Mapping[str, float]
+    names: tuple[str, ...]
+    steps: tuple[float, float]
+    best: LoopRun | None = None
+    shipped: ShippedRun | None = None
+    coarser: LoopRun | None = None
+    coarser_shipped: ShippedRun | None = None
+    nearest: LoopRun | None = None
+    speed: float = 0.0
+    own_speed: float = 0.0
+    python: str = ""
+    after_compiling: str = ""
+
+
+@dataclass(frozen=True)
 class LoopStudy:
     """The study of a model's closed loops, with its verdict.
 
@@ -194,10 +229,11 @@ class LoopStudy:
         remarks: limits of joints and tendons that the motion leaves, contacts on the way, and the like.
         runs: runs at the model's own step; `steps`: runs at other steps.
         cheapest: cheapest run within tolerance; None if no run is, or without a tolerance.
-        paste: text to write into the model for the settings of `cheapest`; empty without one.
+        paste: sections of MJCF for the settings of `cheapest`; empty without one, or for a file that is no MJCF.
         presets: runs of the file with its actuators and its step, with each preset's settings.
         begins: open start of the file's own run; None if its loops start closed.
         points: points that are judged.
+        search: search that `cheapest` and `paste` are of; None without a tolerance.
         scales: largest range of motion [m], speed and acceleration [SI] of the judged points; what shares are of.
         compared: comparison with the machine that the model must be; None if the model is its own reference.
     """
@@ -226,6 +262,7 @@ class LoopStudy:
     moved_start: str = ""
     about: str = ""
     points: tuple[str, ...] = ()
+    search: SettingsSearch | None = None
     scales: Mapping[str, float] = field(default_factory=dict)
 
     @property

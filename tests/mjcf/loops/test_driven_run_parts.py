@@ -24,7 +24,6 @@ from conrod.mjcf import driven_runs
 from conrod.mjcf.driven_runs import (
     is_on_other_branch,
     judge_run,
-    settings_as_mjcf,
     shipped_run,
     tendons_beyond_limits,
     with_settings,
@@ -156,19 +155,6 @@ def test_forces_are_compared_over_their_largest_exact_value() -> None:
 
 # -- settings ----------------------------------------------------------------------------------------------------------
 
-OPTION = '<option timestep="0.001" integrator="RK4" solver="Newton" tolerance="1e-30"/>'
-CLOSURES = '<default><equality solref="{} 1" solimp="0.9999 0.9999 0.001 0.5 2"/></default>'
-
-
-@pytest.mark.parametrize(("label", "idle", "text"), [
-    ("as it is", False, '<option timestep="0.001"/>'),
-    ("tuned", False, f"{OPTION}\n{CLOSURES.format(0.008)}"),
-    ("hardened", False, f"{OPTION}\n{CLOSURES.format(0.15)}\nconrod.harden(model, 1e-09)  # after compiling"),
-    ("hardened", True, f"{OPTION}\n{CLOSURES.format(0.15)}\nconrod.harden(model, 1e-07)  # after compiling"),
-])  # fmt: skip
-def test_settings_are_said_as_mjcf(label: str, idle: bool, text: str) -> None:
-    assert settings_as_mjcf(label, 0.001, 1.5, idle) == text
-
 
 @pytest.mark.parametrize(("label", "integrator", "solref", "weight"), [
     ("as it is", "EULER", (0.02, 1.0), 1.0), ("tuned", "RK4", (0.004, 1.0), 1.0),
@@ -194,7 +180,7 @@ def test_settings_are_those_of_their_label(
     assert (model.opt.timestep, model.eq_solref[0].tolist(), model.opt.iterations) == (0.001, [0.02, 1.0], 7)
     contact = with_settings(model, "tuned", 0.0005, 1.5, contact=True)
     assert mujoco.mjtIntegrator(contact.opt.integrator).name == "mjINT_EULER"
-    assert driven_runs._settings("hardened", 0.0005, 1.5, False).preset == "hardened"
+    assert driven_runs.preset_settings("hardened", 0.0005, 1.5, False).preset == "hardened"
     idle = with_settings(model, "hardened", 0.0005, 1.5, idle=True)
     assert idle.body_invweight0[2, 0] == pytest.approx(1e-7 * model.body_invweight0[2, 0])
 

@@ -1,19 +1,20 @@
-"""Closures of a compiled model that can be hardened, the edits that do so, as Python too, and objections to it."""
+"""The edits that harden closures of a compiled model, as Python too, and objections to them."""
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import MAX_IMPEDANCE, MIN_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, compat
 from conrod.exact.motion import Array
-from conrod.mjcf.equalities import equality_kind, handle_indices, handle_words, is_handle, ties_bodies
+from conrod.mjcf.edits import Edit, Recipe
+from conrod.mjcf.equalities import equality_kind, handle_indices, handle_words
+from conrod.mjcf.hardenable import Closure, weight_edits, weight_rows
 from conrod.mjcf.loading import list_names, name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
@@ -25,116 +26,11 @@ RESIDUAL_REGULARISATION = 1e-9
 MIN_TIME_CONSTANT_STEPS = 10.0
 
 
-Holder = Literal["body", "dof", "tendon"]
-
-
-@dataclass(frozen=True)
-class Closure:
-    """An equality constraint that can be hardened.
-
-    Attributes:
-        holder, ends: kind and indices of the elements whose inverse weights regularise the closure.
-        curved: whether the closure is nonlinear, so that MuJoCo's acceleration lacks a term in the velocity; its gap
-            then goes with the square of its time constant, hardened or not.
-    """
-
-    index: int  # index of the equality
-    name: str
-    kind: str
-    holder: Holder
-    ends: tuple[int, ...]
-    curved: bool = False
-
-
-def active_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
-    """Equality constraints that act from the start and can be hardened, without handles."""
-    return tuple(one for one in hardenable_closures(model) if not is_handle(model, one.index))
-
-
-def hardenable_closures(model: mujoco.MjModel) -> tuple[Closure, ...]:
-    """Equality constraints that act from the start and can be hardened, mocap welds included."""
-    if int(model.opt.disableflags) & int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT | mujoco.mjtDisableBit.mjDSBL_EQUALITY):
-        return ()
-    return tuple(
-        _closure(model, index) for index in np.flatnonzero(model.eq_active0).tolist() if equality_kind(model, index)
-    )
-
-
-def _closure(model: mujoco.MjModel, index: int) -> Closure:
-    """Describe an equality constraint by its index: its bodies or joints, and whether it is nonlinear."""
-    name, kind = name_or_number(model, "equality", index), equality_kind(model, index)
-    if ties_bodies(model, index):
-        return Closure(index, name, kind, "body", tuple(compat.equality_bodies(model, index)))
-    ends = tuple(int(end) for end in (model.eq_obj1id[index], model.eq_obj2id[index]) if end >= 0)
-    bent = len(ends) > 1 and bool(np.any(model.eq_data[index, 2:5]))
-    if kind == "joint":
-        return Closure(index, name, kind, "dof", tuple(int(model.jnt_dofadr[joint]) for joint in ends), bent)
-    # The length of a fixed tendon is linear in joint coordinates.
-    fixed = all(model.wrap_type[model.tendon_adr[list(ends)]] == mujoco.mjtWrap.mjWRAP_JOINT)
-    return Closure(index, name, kind, "tendon", ends, bent or not fixed)
-
-
-@dataclass(frozen=True)
-class Edit:
-    """An edit of a compiled model: rows of an array, multiplied by or set to a number, or an option.
-
-    Attributes:
-        array: name of an array of the model, or of an option where there are no rows.
-        value: number, or choice of an option.
-        named: the elements that the rows are of.
-    """
-
-    array: str
-    value: Any
-    rows: list[int] = field(default_factory=list)
-    named: Sequence[str] = ()
-
-    @property
-    def scales(self) -> bool:
-        """True if the edit multiplies, as of inverse weights."""
-        return self.array.endswith("_invweight0")
-
-    def make(self, model: mujoco.MjModel) -> None:
-        """Make the edit in place."""
-        if not self.rows:
-            setattr(model.opt, self.array, self.value)
-        elif self.scales:
-            getattr(model, self.array)[self.rows] *= self.value
-        else:
-            getattr(model, self.array)[self.rows, 0] = self.value
-
-    @property
-    def line(self) -> str:
-        """The edit as a line of Python."""
-        if not self.rows:
-            value = self.value if type(self.value) is int else f"mujoco.{self.value}"
-            return f"model.opt.{self.array} = {value}"
-        # A line break in a name would end the comment.
-        names = " ".join(list_names(self.named).split())
-        place, sign = (f"{self.rows}", "*=") if self.scales else (f"{self.rows}, 0", "=")
-        return f"model.{self.array}[{place}] {sign} {self.value!r}  # {names}"
-
-
-Recipe = tuple[Edit, ...]
-
-
-def apply_recipe(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
-    """A copy of a model with a recipe applied."""
-    changed = copy.copy(model)
-    for edit in recipe:
-        edit.make(changed)
-    return changed
-
-
 def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
     """Build the edits that harden one or more closures, inverse weights first."""
     stiffest = max(impedance(model.eq_solimp[one.index]) for one in closures)
     factor = float(f"{min(1.0, RESIDUAL_REGULARISATION * stiffest / (1.0 - stiffest)):.3g}")
-    edits = []
-    for holder, rows in _weight_rows(closures).items():
-        kind, owners = ("joint", model.dof_jntid[rows].tolist()) if holder == "dof" else (holder, rows)
-        named = [name_or_number(model, kind, owner) for owner in owners]
-        edits.append(Edit(f"{holder}_invweight0", factor, rows, named))
+    edits = weight_edits(model, closures, factor)
     enough = float(f"{MIN_TIME_CONSTANT_STEPS * float(model.opt.timestep):.6g}")
     # Stiffness and damping given as such have no time constant; a curved closure opens with the square of its own.
     slowed = [one.index for one in closures if 0.0 < model.eq_solref[one.index, 0] < enough and not one.curved]
@@ -146,18 +42,9 @@ def recipe_for(model: mujoco.MjModel, closures: Sequence[Closure]) -> Recipe:
     return (*edits, *(Edit(name, value) for name, value in options.items() if getattr(model.opt, name) != value))
 
 
-def _weight_rows(closures: Sequence[Closure]) -> dict[Holder, list[int]]:
-    """Rows of the inverse weights that soften closures, by array; the world, body 0, has none."""
-    ends: dict[Holder, set[int]] = {"body": set(), "dof": set(), "tendon": set()}
-    for one in closures:
-        ends[one.holder].update(one.ends)
-    ends["body"].discard(0)
-    return {holder: sorted(found) for holder, found in ends.items() if found}
-
-
 def inverse_weights(model: mujoco.MjModel, closures: Sequence[Closure]) -> Array:
     """Inverse weights that soften closures, concatenated (n,)."""
-    arrays = [getattr(model, f"{holder}_invweight0")[rows] for holder, rows in _weight_rows(closures).items()]
+    arrays = [getattr(model, f"{holder}_invweight0")[rows] for holder, rows in weight_rows(closures).items()]
     return np.concatenate([np.empty(0), *map(np.ravel, arrays)])
 
 

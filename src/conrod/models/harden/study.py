@@ -19,7 +19,9 @@ from conrod.engines.mujoco.model import equality_jacobian
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.execution.paired_timing import time_stepper_pair
+from conrod.mjcf.edits import apply_recipe
 from conrod.mjcf.equalities import REDUNDANT_ROW_SHARE, close_loops, constraint_violations, handle_indices
+from conrod.mjcf.hardenable import active_closures, hardenable_closures
 from conrod.mjcf.loading import check_finite, data_at_start, load_model, start_words
 from conrod.mjcf.request import Controls
 from conrod.mjcf.runs import Run, looping_stepper, run, state_of, user_model_errors
@@ -64,7 +66,7 @@ def harden_file(
     with user_model_errors(path):
         check_finite(model)
         steps, every = run_steps(model, seconds)
-        closures = recipes.hardenable_closures(model) if force else recipes.active_closures(model)
+        closures = hardenable_closures(model) if force else active_closures(model)
         notes = recipes.hardening_notes(model, closures)
         found = HardenedModel(str(path), mujoco.__version__, warnings=notes)
         if reason := recipes.refusal_reason(model, closures):
@@ -74,7 +76,7 @@ def harden_file(
         if soft and not force:
             return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
         recipe, (state, start) = recipes.recipe_for(model, closures), closed_start(model, keyframe, controls)
-        hard = recipes.apply_recipe(model, recipe)
+        hard = apply_recipe(model, recipe)
         found = replace(
             found,
             loops=tuple(f"{one.kind} {one.name}" for one in closures),

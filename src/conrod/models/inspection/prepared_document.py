@@ -10,9 +10,9 @@ import mujoco
 
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
+from conrod.mjcf.document import END, Document
 from conrod.mjcf.missing_files import spec_without_missing
 from conrod.mjcf.unit_of_length import convert_to_metres
-from conrod.models.lint.bench import END, Document
 
 
 class PreparedDocument(Document):

@@ -10,7 +10,7 @@ from urllib.parse import quote
 from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
-from conrod.models.loops.report import in_mm
+from conrod.models.loops.error_words import in_mm
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import quantity
 from conrod.report.table import Table, table

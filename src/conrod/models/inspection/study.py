@@ -11,6 +11,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.mjcf.document import Document
 from conrod.mjcf.loading import OWN_POSE, data_at_start
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
 from conrod.mjcf.runs import user_model_errors
@@ -22,7 +23,6 @@ from conrod.models.inspection.loading import URDF, load_for_inspection
 from conrod.models.inspection.moving_study import study_moving
 from conrod.models.inspection.prepared_document import prepared_document
 from conrod.models.inspection.results import Closing, Inspection, InspectionRequest
-from conrod.models.lint.bench import Document
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
 from conrod.models.loops.study import study_loops

@@ -11,11 +11,12 @@ import mujoco
 
 from conrod.comparison.other_forces import acting_sentences
 from conrod.errors import InvalidInput, unknown_choice
+from conrod.mjcf.document import Document
 from conrod.mjcf.loading import check_finite, data_at_start, start_words
 from conrod.mjcf.request import Controls
 from conrod.mjcf.runs import state_of, user_model_errors
 from conrod.models.lint import closures, stepping
-from conrod.models.lint.bench import Document, LintBench
+from conrod.models.lint.bench import LintBench
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity
 
 Rule = Callable[[LintBench], Iterator[Finding]]

@@ -18,10 +18,11 @@ from conrod.mjcf.loop_results import (
     LawComparison,
     LoopRun,
     LoopStudy,
-    ShippedRun,
     loop_limits,
 )
 from conrod.mjcf.start_pose_words import open_start_words
+from conrod.models.loops.error_words import PAGE_UNITS, in_mm, shipped_words, with_share
+from conrod.models.loops.settings_words import lines_to_paste, settings_words
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import in_shown_unit, measured_text, order, quantity
 from conrod.report.table import VERDICT, ColouredCell, Table, Verbatim, table
@@ -36,7 +37,6 @@ RIGHT_COLUMNS = (
     "order",
     "cost",
 )
-PAGE_UNITS = {"position": (1e3, "mm"), "velocity": (1.0, "m/s"), "acceleration": (1.0, "m/s²")}
 MAX_NAMED_DIFFERENCES = 4  # differences, points or bodies named in a sentence
 MIN_CONTRADICTION = 1e-9  # of the travel; less is rounding
 
@@ -60,8 +60,8 @@ def finding(study: LoopStudy) -> str:
         said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
     if study.compared is not None and (loads := study.compared.loads):
         said.append(f"Loads are not judged, and differ: {_first_differences(loads)}.")
-    if study.question.tolerance:
-        said.append(_cheapest_words(study))
+    if words := settings_words(study):
+        said.append(words)
     if own.outcome is Outcome.COMPLETED and own.label == OWN:
         best = min(
             (run for run in study.runs if run.errors), key=lambda run: max(run.errors["position"], run.gap or 0.0)
@@ -92,7 +92,7 @@ def _own_run_words(study: LoopStudy) -> str:
         return f"{did}: not judged, nothing drives it (no control and no rate at its start)."
     did += "".join(f", {words}" for words in _law_words(shipped.laws))
     if shipped.exceeds(asked):
-        return f"{did}: OUT OF TOLERANCE (allowed {_with_share(study, LOOPS, loop_limits(asked)[LOOPS])})."
+        return f"{did}: OUT OF TOLERANCE (allowed {with_share(study, LOOPS, loop_limits(asked)[LOOPS])})."
     if shipped.laws.differs:
         return f"{did}: OUT OF TOLERANCE."
     return f"{did}: {'within tolerance' if LOOPS in loop_limits(asked) else 'measured, not judged'}."
@@ -155,13 +155,13 @@ def _driven_run_words(study: LoopStudy) -> str:
     if own.outcome is not Outcome.COMPLETED:
         met = f"; {study.remarks[0]}" if study.remarks else ""
         return f"Driven with its own settings it ended as {own.outcome.slug}: {own.reason}{met}."
-    off = _with_share(study, "position", own.errors["position"])
+    off = with_share(study, "position", own.errors["position"])
     gap = f"its loops open by up to {in_mm(own.gap or 0.0)}, and {own.worst} is off its exact place by {off}"
     if not study.question.tolerance:
         return f"Driven with its own settings {gap}: measured, not judged."
     over = [
-        f"{'loops open' if name == LOOPS else name} {_with_share(study, name, found)}, "
-        f"allowed {_with_share(study, name, allowed)}"
+        f"{'loops open' if name == LOOPS else name} {with_share(study, name, found)}, "
+        f"allowed {with_share(study, name, allowed)}"
         for name, (found, allowed) in own.exceeded_limits(study.question.tolerance).items()
     ]
     verdict = f"OUT OF TOLERANCE ({', '.join(over)})" if over else "within tolerance"
@@ -181,45 +181,11 @@ def _first_differences(differences: Sequence[str]) -> str:
     return "; ".join([*differences[:MAX_NAMED_DIFFERENCES], *([f"{more} more differences"] if more > 0 else [])])
 
 
-def shipped_words(shipped: ShippedRun) -> str:
-    """Say how the file's own run ended, to follow the word `it`."""
-    if shipped.outcome is not Outcome.COMPLETED:
-        return f"ended as {shipped.outcome.slug}: {shipped.reason}"
-    if shipped.chatter is not None:
-        joint, swing = shipped.chatter
-        return f"oscillates: the rate of {joint} turns back at every step, by {100 * swing:.2g} % of its range"
-    open_by = f", its loops open by up to {in_mm(shipped.gap)}"
-    return f"runs through its {quantity(shipped.seconds, 3)} s{open_by}"
-
-
-def _cheapest_words(study: LoopStudy) -> str:
-    limits = study.question.tolerance.items()
-    asked = ", ".join(f"{name} {_with_share(study, name, allowed)}" for name, allowed in limits)
-    if (best := study.cheapest) is None:
-        return f"None of the settings that were tried holds {asked}."
-    cost = f"at {measured_text(best.cost)} times the cost of its own settings"
-    return f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}."
-
-
-def in_mm(size: float) -> str:
-    """Return a length [m] as text in mm."""
-    return f"{measured_text(1e3 * size)} mm"
-
-
-def _size_text(name: str, size: float) -> str:
-    factor, unit = PAGE_UNITS["position" if name == LOOPS else name]
-    return f"{measured_text(factor * size)} {unit}"
-
-
-def _with_share(study: LoopStudy, name: str, size: float) -> str:
-    """Return a size with its share of the range of motion, or of the largest speed or acceleration, behind it."""
-    scale = study.scales.get("position" if name == LOOPS else name, 0.0)
-    return f"{_size_text(name, size)} ({measured_text(size / scale)} L)" if scale else _size_text(name, size)
-
-
 def runs_table(study: LoopStudy) -> Table:
-    """Return a row for each run at the model's own step, and for the cheapest sufficient run."""
-    runs = [*study.runs, *(run for run in study.steps if run == study.cheapest)]
+    """Return a row for each run at the model's own step, and for the cheapest sufficient run with twice its step."""
+    search = study.search
+    others = () if search is None else (search.best, search.coarser)
+    runs = [*study.runs, *(run for run in others if run is not None)]
     rows = [
         (run.label, *_error_cells(run), order(run.order), measured_text(run.cost), _run_verdict(study, run))
         for run in runs
@@ -341,8 +307,8 @@ def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
             "",
         )
         yield runs_table(study)
-        if study.paste:
-            yield from ("the cheapest settings within tolerance, to paste:", Verbatim(study.paste))
+        for title, lines in lines_to_paste(study):
+            yield from (f"{title}:", Verbatim(lines))
 
 
 def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:

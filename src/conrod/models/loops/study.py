@@ -16,34 +16,47 @@ from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forc
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput, OutsideLoopsError
-from conrod.exact.motion import QUANTITIES, Array, PointMotion
+from conrod.exact.motion import QUANTITIES, PointMotion
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
-from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility, forces
+from conrod.exact.space.immobility import describe_corrections, explain_immobility
+from conrod.exact.space.mobility import Mobility, count_mobility, forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
-from conrod.execution.paired_timing import time_stepper_pair
+from conrod.execution.paired_timing import PairedTiming, time_stepper_pair
 from conrod.mjcf.causes import append_causes, describe_closures
 from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison, compare_with_machine, list_differences
-from conrod.mjcf.driven_runs import compare_kinematics, judge_run, settings_as_mjcf, shipped_run, with_settings
+from conrod.mjcf.driven_runs import compare_kinematics, judge_run, shipped_run, with_settings
 from conrod.mjcf.driving import driven_run, set_exact_state
+from conrod.mjcf.edits import Recipe, apply_recipe
 from conrod.mjcf.equalities import inactive_closures, inactive_words
 from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_start, list_names, start_words
-from conrod.mjcf.loop_results import LABELS, OWN, LoopRequest, LoopRun, LoopStudy, ShippedRun
+from conrod.mjcf.loop_results import (
+    FEWEST_STEPS,
+    LABELS,
+    OWN,
+    LoopRequest,
+    LoopRun,
+    LoopStudy,
+    SettingsSearch,
+    ShippedRun,
+)
 from conrod.mjcf.missing_files import load_with_notes
 from conrod.mjcf.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
 from conrod.mjcf.request import OpenStart
 from conrod.mjcf.runs import looping_stepper, state_of
-from conrod.mjcf.start import open_start, pose_words
+from conrod.mjcf.start import open_start
 from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.loops.law_comparison import allowed_speed_error, compare_with_laws
 from conrod.models.loops.load_differences import list_load_differences
-from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
+from conrod.models.loops.search import search_settings
+from conrod.models.loops.settings import SEARCHED, after_compiling, mjcf_lines, python_lines, settings_edits
+from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, track_motion
 from conrod.scenes.space import MACHINES
 
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, MAX_SAMPLES = (1, 2, 4), (2, 4), 500
 CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
-MAX_SEARCHED_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
+# Of runs that search for settings: steps at most, and the finest step, as a power of two of the model's own.
+MAX_SEARCHED_STEPS, FINEST = 50_000, -6
 
 
 def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float = 1.0) -> LoopStudy:
@@ -76,80 +89,6 @@ def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float
         raise (OutsideLoopsError if outside else InvalidInput)(f"{path}: {words}{against}") from None
 
 
-def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
-    """Refuse too few or too many drives at a closed pose (nq, 1), and name the axis that blocks motion.
-
-    Args:
-        explained: whether differences of the model are known already; then no blocking axis is searched for.
-    """
-    try:
-        check_drives(machine, start)
-    except TooManyDrivesError as error:
-        if explained:
-            raise
-        searched = len(machine.tree.loop_joints) <= MAX_SEARCHED_JOINTS
-        spare = removable_words(machine, start)
-        found = explain_immobility(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
-        # Where some of the drives can stay they are simply too many.
-        words = f"; {describe_corrections(found)}" if found or (searched and error.stuck) else ""
-        raise InvalidInput(f"{error}{spare or words}") from None
-
-
-def _track_motion(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
-    """Assemble a machine and track its motion; if its start is outside joint ranges, perhaps from inside.
-
-    Args:
-        pose: pose that the machine is assembled from, in words.
-        explained: see `_check_drives`.
-
-    Returns:
-        Why it was assembled from another pose; empty where it was not.
-
-    Raises:
-        InvalidInput: the drives are too few or too many, or the loops block their motion.
-    """
-    outside, refused = outside_words(machine.tree, pose), None
-    try:
-        start = machine.assemble_start()
-        _check_drives(machine, start, explained)
-        machine.track_branch(start, seconds)
-    except InvalidInput as error:
-        refused = error
-    stays_outside = refused is None and any(joints_outside(machine.tree, machine.knots[0].coordinates[:, 0]))
-    if not outside or not (refused or stays_outside):
-        if refused:
-            raise refused
-        return ""
-    knots, misfit = machine.knots, machine.misfit
-    try:
-        return f"{outside}{_track_from_inside(machine, seconds, explained)}"
-    except InvalidInput as error:
-        if refused:
-            raise InvalidInput(f"{refused}; {outside}, {error}") from None
-    machine.knots, machine.misfit = knots, misfit
-    return ""
-
-
-def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
-    """Track a machine's motion from the closed pose inside its joints' ranges nearest to its start.
-
-    Returns:
-        The pose, in words.
-
-    Raises:
-        InvalidInput: no such pose exists, or the loops block the motion from it.
-    """
-    if (inside := closed_pose_inside(machine)) is None:
-        raise InvalidInput("and no pose inside closes its loops")
-    folded, nearest = ", and is folded" if is_folded(machine, inside) else "", f'qpos="{pose_words(inside[:, 0])}"'
-    try:
-        _check_drives(machine, inside, explained)
-        machine.track_branch(inside, seconds)
-    except InvalidInput as error:
-        raise InvalidInput(f"and from {nearest}, the nearest pose inside, {error}; --keyframe for another") from None
-    return f"{folded}: the motion starts from the nearest closed pose inside, {nearest} (--keyframe for another)"
-
-
 @dataclass(frozen=True, eq=False)
 class _LoopBench:
     """A model with its exact machine, assembled and driven.
@@ -180,7 +119,7 @@ class _LoopBench:
             most = f"from 2 to {MAX_STEPS:,} can be run"
             raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
-        moved_start = _track_motion(machine, seconds, start_words(model, key), explained)
+        moved_start = track_motion(machine, seconds, start_words(model, key), explained)
         freedom = count_mobility(machine)
         points = judged_points(model, tree, freedom, question)
         return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
@@ -225,18 +164,15 @@ class _LoopBench:
         runs, steps = self._runs(travel)
         unknown = self._unknown_forces(merge_forces(one for run in runs for one in run.acting))
         exact = None if unknown else forces(self.machine, checked)
-        best = self._cheapest((*runs, *steps))
-        paste = (
-            "" if best is None else settings_as_mjcf(best.label, best.timestep, self.period, bool(self.freedom.idle))
-        )
+        search, paste = self._search(Path(file), travel, scales, shipped, (*runs, *steps))
         return LoopStudy(
             file, name, mujoco.__version__, self.question, self.seconds, travel, self.machine.held, self.freedom,
             self.machine.misfit, kinematic, () if exact is None else exact.indeterminate, unknown, remarks,
-            shipped, runs, steps, best, paste,
+            shipped, runs, steps, None if search is None else search.best, paste,
             self._compare_with_machine(machine, checked, travel),
             {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
             self._open_start(), self.moved_start, self._closure_words(),
-            tuple(point.name for point in self.points), scales=scales,
+            tuple(point.name for point in self.points), scales=scales, search=search,
         )  # fmt: skip
 
     def _closure_words(self) -> str:
@@ -252,12 +188,6 @@ class _LoopBench:
         """Closures that are open where the file's own run starts; None if all are closed."""
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         return open_start(self.model, data, self.machine.tree.extent, start_words(self.model, key))
-
-    def _cheapest(self, runs: tuple[LoopRun, ...]) -> LoopRun | None:
-        """The cheapest run within the tolerance; None if none is, or none was given."""
-        allowed = self.question.tolerance
-        within = [run for run in runs if allowed and run.cost is not None and run.is_within(allowed)]
-        return min(within, key=lambda run: run.cost or math.inf, default=None)
 
     def _compare_with_machine(
         self, machine: SpatialTree | None, motion: SpatialMotion, travel: float
@@ -302,9 +232,14 @@ class _LoopBench:
         count = int(self.seconds / step + 1e-9)
         if not 2 <= count <= MAX_STEPS:
             return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MAX_STEPS:,} are made")
+        return self._run_model(label, self._with_settings(label, step), travel)
+
+    def _run_model(self, label: str, model: mujoco.MjModel, travel: float) -> LoopRun:
+        """Run a model with the settings of a label, compared with the exact motion."""
+        step = float(model.opt.timestep)
+        count = int(self.seconds / step + 1e-9)
         every = max(1, count // MAX_SAMPLES)
         motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
-        model = self._with_settings(label, step)
         recorded = driven_run(self.machine, model, motion, self.points, every)
         exact = None if self._unknown_forces(recorded.acting) else forces(self.machine, motion)
         found = judge_run(label, step, recorded, motion, self.machine, exact, travel)
@@ -315,16 +250,65 @@ class _LoopBench:
 
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset over one with the model's own settings, timed alternately."""
-        start, steppers = self.machine.motion(np.zeros(1)), {}
-        for label in LABELS:
-            model = (
-                copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
-            )
-            model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION  # in the runs the drives hold against it
-            data = mujoco.MjData(model)
+        step = float(self.model.opt.timestep)
+        return {OWN: 1.0} | {label: self._time(self._with_settings(label, step)).ratio for label in LABELS[1:]}
+
+    def _time(self, model: mujoco.MjModel) -> PairedTiming:
+        """Time a step of a model against one of the file's, alternately; both from the start of the exact motion."""
+        start, steppers = self.machine.motion(np.zeros(1)), []
+        for one in (copy.copy(model), copy.copy(self.model)):
+            one.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_ACTUATION  # in the runs the drives hold against it
+            data = mujoco.MjData(one)
             set_exact_state(data, start)
-            steppers[label] = looping_stepper(model, state_of(model, data), 100)
-        return {OWN: 1.0} | {label: time_stepper_pair(steppers[label], steppers[OWN]).ratio for label in LABELS[1:]}
+            steppers.append(looping_stepper(one, state_of(one, data), 100))
+        return time_stepper_pair(*steppers)
+
+    def _search(
+        self,
+        path: Path,
+        travel: float,
+        scales: Mapping[str, float],
+        shipped: ShippedRun,
+        known: tuple[LoopRun, ...],
+    ) -> tuple[SettingsSearch | None, str]:
+        """Search for the cheapest settings within the tolerance; return the search and MJCF to paste.
+
+        Args:
+            path: the model's file.
+            scales: as in `LoopStudy`.
+            shipped: the file's own run as it is.
+            known: runs with the presets, from whose steps the search begins.
+        """
+        share = self.question.searched_share
+        allowed = self.question.tolerance or ({"position": share * scales["position"]} if share else {})
+        if not allowed:
+            return None, ""
+        own_step = float(self.model.opt.timestep)
+        most = math.floor(math.log2(self.seconds / (FEWEST_STEPS * own_step)) + 1e-9)
+        least = max(FINEST, math.ceil(math.log2(self.seconds / (MAX_SEARCHED_STEPS * own_step))))
+        guesses = dict.fromkeys(SEARCHED, 0)
+        for label in LABELS:
+            within = [run.timestep for run in known if run.label == label and run.is_within(allowed)]
+            tried = [run.timestep for run in known if run.label == label]
+            guesses[label] = round(math.log2((max(within) if within else min(tried)) / own_step))
+
+        def edits(name: str, step: float) -> Recipe:
+            return settings_edits(self.model, name, step, self.period, idle=bool(self.freedom.idle))
+
+        def run_at(name: str, step: float) -> tuple[LoopRun, ShippedRun]:
+            model = apply_recipe(self.model, edits(name, step))
+            return self._run_model(name, model, travel), self._run_shipped(model, travel)
+
+        def timing_of(name: str) -> PairedTiming:
+            return self._time(apply_recipe(self.model, edits(name, own_step)))
+
+        limits = min(least, 0), max(most, 0)
+        found = search_settings(run_at, timing_of, guesses, allowed, own_step, limits, must_run=not shipped.failed)
+        if (best := found.best) is None:
+            return found, ""
+        recipe = edits(best.label, best.timestep)
+        found = replace(found, python=python_lines(recipe), after_compiling="\n".join(after_compiling(recipe)))
+        return found, mjcf_lines(path, self.model, recipe)
 
     def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
         """Run the file as it is, with the requested controls.
@@ -333,9 +317,14 @@ class _LoopBench:
             travel: largest distance [m] that a judged point moves from its start.
             label: `OWN`, or the preset whose settings replace those of the file.
         """
+        own = label == OWN
+        model = copy.copy(self.model) if own else self._with_settings(label, float(self.model.opt.timestep))
+        return self._run_shipped(model, travel)
+
+    def _run_shipped(self, model: mujoco.MjModel, travel: float) -> ShippedRun:
+        """Run a model with the file's actuators and the requested controls."""
         data, key = data_at_start(self.model, self.question.keyframe, self.question.controls)
         words = start_words(self.model, key, data.ctrl.tolist())
-        model = copy.copy(self.model) if label == OWN else self._with_settings(label, float(self.model.opt.timestep))
         return shipped_run(self.machine.tree, model, data, self.seconds, words, travel)
 
     def _compare_with_laws(self, shipped: ShippedRun, motion: SpatialMotion, travel: float) -> ShippedRun:

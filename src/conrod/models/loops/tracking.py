@@ -1,0 +1,87 @@
+"""The motion of a machine by its drives, tracked from its start, or from a pose inside its joints' ranges."""
+
+from __future__ import annotations
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
+from conrod.exact.space.mobility import TooManyDrivesError, check_drives
+from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.start import pose_words
+from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
+
+MAX_SEARCHED_JOINTS = 14  # of loops, up to which it is tried for each whether it is off
+
+
+def _check_drives(machine: DrivenTree, start: Array, explained: bool) -> None:
+    """Refuse too few or too many drives at a closed pose (nq, 1), and name the axis that blocks motion.
+
+    Args:
+        explained: whether differences of the model are known already; then no blocking axis is searched for.
+    """
+    try:
+        check_drives(machine, start)
+    except TooManyDrivesError as error:
+        if explained:
+            raise
+        searched = len(machine.tree.loop_joints) <= MAX_SEARCHED_JOINTS
+        spare = removable_words(machine, start)
+        found = explain_immobility(machine.tree, machine.laws, machine.held, start) if searched and not spare else []
+        # Where some of the drives can stay they are simply too many.
+        words = f"; {describe_corrections(found)}" if found or (searched and error.stuck) else ""
+        raise InvalidInput(f"{error}{spare or words}") from None
+
+
+def track_motion(machine: DrivenTree, seconds: float, pose: str, explained: bool) -> str:
+    """Assemble a machine and track its motion; if its start is outside joint ranges, perhaps from inside.
+
+    Args:
+        pose: pose that the machine is assembled from, in words.
+        explained: see `_check_drives`.
+
+    Returns:
+        Why it was assembled from another pose; empty where it was not.
+
+    Raises:
+        InvalidInput: the drives are too few or too many, or the loops block their motion.
+    """
+    outside, refused = outside_words(machine.tree, pose), None
+    try:
+        start = machine.assemble_start()
+        _check_drives(machine, start, explained)
+        machine.track_branch(start, seconds)
+    except InvalidInput as error:
+        refused = error
+    stays_outside = refused is None and any(joints_outside(machine.tree, machine.knots[0].coordinates[:, 0]))
+    if not outside or not (refused or stays_outside):
+        if refused:
+            raise refused
+        return ""
+    knots, misfit = machine.knots, machine.misfit
+    try:
+        return f"{outside}{_track_from_inside(machine, seconds, explained)}"
+    except InvalidInput as error:
+        if refused:
+            raise InvalidInput(f"{refused}; {outside}, {error}") from None
+    machine.knots, machine.misfit = knots, misfit
+    return ""
+
+
+def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> str:
+    """Track a machine's motion from the closed pose inside its joints' ranges nearest to its start.
+
+    Returns:
+        The pose, in words.
+
+    Raises:
+        InvalidInput: no such pose exists, or the loops block the motion from it.
+    """
+    if (inside := closed_pose_inside(machine)) is None:
+        raise InvalidInput("and no pose inside closes its loops")
+    folded, nearest = ", and is folded" if is_folded(machine, inside) else "", f'qpos="{pose_words(inside[:, 0])}"'
+    try:
+        _check_drives(machine, inside, explained)
+        machine.track_branch(inside, seconds)
+    except InvalidInput as error:
+        raise InvalidInput(f"and from {nearest}, the nearest pose inside, {error}; --keyframe for another") from None
+    return f"{folded}: the motion starts from the nearest closed pose inside, {nearest} (--keyframe for another)"

@@ -1,0 +1,290 @@
+"""The cheapest settings for a model's loops: how they are searched, and lines to paste that do what was measured."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pytest
+from four_bars import four_bar
+
+from conrod.comparison.trajectory import Outcome
+from conrod.execution.paired_timing import PairedTiming
+from conrod.mjcf.edits import apply_recipe
+from conrod.mjcf.loop_results import OWN, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
+from conrod.models.loops import study
+from conrod.models.loops.search import search_settings
+from conrod.models.loops.settings import after_compiling, mjcf_lines, python_lines, settings_edits
+from conrod.models.loops.settings_words import lines_to_paste, settings_words
+
+RUNS = ShippedRun("its own pose", 1.0, Outcome.COMPLETED, "", 1e-9)
+STEP, ALLOWED = 1e-3, {"position": 1e-4}
+COSTS = {OWN: 1.0, "hardened": 5.0, "tuned": 4.0}
+
+
+def search(
+    errors: dict[str, Callable[[float], float]], limits: tuple[int, int] = (-6, 6), fails: float = math.inf,
+    guesses: dict[str, int] | None = None, must_run: bool = True,
+) -> tuple[SettingsSearch, list[tuple[str, int]]]:  # fmt: skip
+    """Search among settings whose errors of position [m] at a step [s] are known; return what was tried, too.
+
+    Args:
+        fails: step [s] from which on the file's own run diverges.
+    """
+    tried = list[tuple[str, int]]()
+
+    def run_at(name: str, step: float) -> tuple[LoopRun, ShippedRun]:
+        tried.append((name, round(math.log2(step / STEP))))
+        shipped = replace(RUNS, outcome=Outcome.DIVERGED, reason="not finite") if step >= fails else RUNS
+        size = errors[name](step)
+        if math.isinf(size):
+            return LoopRun(name, step, Outcome.OPENED, "pin opens by 20 mm"), shipped
+        return LoopRun(name, step, Outcome.COMPLETED, "", {"position": size}, "P", size), shipped
+
+    def timing_of(name: str) -> PairedTiming:
+        return PairedTiming(COSTS[name], COSTS[name], COSTS[name], COSTS[name] * 1e-6, 1e-6, 1)
+
+    started = guesses or dict.fromkeys(errors, 0)
+    found = search_settings(run_at, timing_of, started, ALLOWED, STEP, limits, must_run=must_run)
+    return found, tried
+
+
+# -- the search --------------------------------------------------------------------------------------------------------
+
+
+def test_search_finds_8_ms_where_16_ms_fails_and_shows_both() -> None:
+    # 1e-4 m at 11.9 ms, by order 4: within at 8 ms, out of tolerance at 16 ms.
+    found, tried = search({"hardened": lambda h: 1e-4 * (h / 11.9e-3) ** 4})
+    assert found.best is not None
+    assert found.coarser is not None
+    assert (found.best.timestep, found.coarser.timestep) == (8e-3, 16e-3)
+    assert found.best.is_within(ALLOWED)
+    assert not found.coarser.is_within(ALLOWED)
+    assert tried == [("hardened", power) for power in range(5)]
+    assert found.best.cost == 5.0 / 8.0
+    # 5 us a step of 8 ms, and 1 us a step of 1 ms.
+    assert (found.speed, found.own_speed) == (pytest.approx(1600.0), pytest.approx(1000.0))
+
+
+def test_search_goes_to_finer_steps_by_the_order_that_it_sees() -> None:
+    # 1e-4 m at 0.02 ms, by order 1: at 1/64 ms, from 1/4 ms on.
+    found, tried = search({"tuned": lambda h: 1e-4 * h / 0.02e-3}, guesses={"tuned": -2})
+    assert found.best is not None
+    assert found.best.timestep == STEP / 64
+    assert tried == [("tuned", -2), ("tuned", -3), ("tuned", -6), ("tuned", -5)]
+    assert found.coarser is not None
+    assert found.coarser.timestep == STEP / 32
+    # An error that no step lessens is not followed to the finest step.
+    stuck, tried = search({OWN: lambda h: 2e-4}, guesses={OWN: -2})
+    assert tried == [(OWN, -2), (OWN, -3)]
+    assert stuck.best is None
+    assert stuck.nearest is not None
+
+
+def test_search_says_how_far_it_went_where_nothing_holds() -> None:
+    found, _ = search({"tuned": lambda h: 1e-4 * h / 1e-6, OWN: lambda h: math.inf}, guesses={"tuned": 0, OWN: 0})
+    assert (found.best, found.shipped, found.coarser) == (None, None, None)
+    assert found.steps == (STEP / 64, STEP)
+    assert found.nearest is not None
+    assert (found.nearest.label, found.nearest.timestep) == ("tuned", STEP / 64)
+
+
+def test_search_ends_at_the_largest_step_without_another_side() -> None:
+    found, _ = search({"hardened": lambda h: 1e-9}, limits=(-6, 3))
+    assert found.best is not None
+    assert (found.best.timestep, found.coarser) == (8e-3, None)
+
+
+def test_dearer_settings_are_tried_where_they_would_be_cheaper() -> None:
+    # Hardened holds at 8 ms, at 0.625 of the cost; own settings do at 1 ms and not at 2 ms, the first that is cheaper.
+    held = {"hardened": lambda h: 1e-4 * (h / 11.9e-3) ** 4, OWN: lambda h: 1e-4 * h / 1.5e-3}
+    found, tried = search(held)
+    assert found.best is not None
+    assert found.best.label == "hardened"
+    assert [one for one in tried if one[0] == OWN] == [(OWN, 1)]
+    # Control: where they hold at 2 ms they are the cheapest.
+    found, tried = search({**held, OWN: lambda h: 1e-4 * h / 2.5e-3})
+    assert found.best is not None
+    assert (found.best.label, found.best.timestep, found.best.cost) == (OWN, 2e-3, 0.5)
+    assert found.coarser is not None
+    assert found.coarser.timestep == 4e-3
+
+
+def test_settings_must_carry_the_files_own_run_too() -> None:
+    exact = {"hardened": lambda h: 1e-9}
+    found, _ = search(exact, fails=4e-3)
+    assert found.best is not None
+    assert found.coarser_shipped is not None
+    assert found.best.timestep == 2e-3
+    assert found.coarser_shipped.failed
+    # Control: of a file that does not run as it is that is not asked.
+    found, _ = search(exact, fails=4e-3, must_run=False)
+    assert found.best is not None
+    assert found.best.timestep == 64e-3
+
+
+# -- lines to paste ----------------------------------------------------------------------------------------------------
+
+# A four-bar whose closure has a setting of its own, a coupling without one, a limit, a contact and a handle.
+MORE = """<equality><joint name="pair" joint1="twin" joint2="crank" polycoef="0 1 0 0 0"/>
+    <weld name="hold" body1="stylus" body2="twin" active="{}" solref="0.05 1"/></equality>
+  <worldbody><body name="stylus" mocap="true" pos="0 0 3"/>
+    <body name="twin" pos="0 0 3"><joint name="twin" axis="0 0 1" range="-50 50" limited="true"/>
+    <geom size="0.01"/></body></worldbody>"""
+
+
+def model_text(active: str = "false", closure: str = 'solref="0.004 1"') -> str:
+    return four_bar(closure=closure, more=MORE.format(active))
+
+
+def pasted(text: str, lines: str, after: str) -> mujoco.MjModel:
+    """The model compiled after a user pasted the lines of MJCF, and ran those of Python."""
+    root = ET.fromstring(text.replace("</mujoco>", f"{re.sub('<!--.*?-->', '', lines)}</mujoco>"))
+    for names, attributes in re.findall(r"<!-- in <equality>, into (.*?): (.*?) -->", lines):
+        for one in (one for section in root.iter("equality") for one in section):
+            if one.get("name") in names.split(", "):
+                one.attrib.update(re.findall(r'(\w+)="(.*?)"', attributes))
+    model = mujoco.MjModel.from_xml_string(ET.tostring(root, encoding="unicode"))
+    exec(after, {"model": model, "mujoco": mujoco})
+    return model
+
+
+def settings_of(model: mujoco.MjModel) -> dict[str, object]:
+    """All that settings could change of a model."""
+    softness = [f"{kind}_{name}" for kind in ("eq", "geom", "jnt", "dof") for name in ("solref", "solimp")]
+    arrays = [*softness, "body_invweight0", "dof_invweight0"]
+    option = [getattr(model.opt, name) for name in ("timestep", "integrator", "solver", "iterations", "tolerance")]
+    return {name: getattr(model, name).tolist() for name in arrays} | {"option": option}
+
+
+@pytest.mark.parametrize("name", ["hardened", "tuned", "tuned with implicitfast", OWN])
+@pytest.mark.parametrize("active", ["true", "false"])
+def test_pasted_lines_make_the_settings_that_were_measured(name: str, active: str, tmp_path: Path) -> None:
+    text, file = model_text(active), tmp_path / "m.xml"
+    file.write_text(text)
+    model = mujoco.MjModel.from_xml_string(text)
+    recipe = settings_edits(model, name, 0.016, 1.0, idle=False)
+    measured = settings_of(apply_recipe(model, recipe))
+    lines, after = mjcf_lines(file, model, recipe), "\n".join(after_compiling(recipe))
+    assert settings_of(pasted(text, lines, after)) == measured
+    in_python = mujoco.MjModel.from_xml_string(text)
+    exec(python_lines(recipe), {"model": in_python, "mujoco": mujoco})
+    assert settings_of(in_python) == measured
+    # Closures alone: no contact, no limit, and no handle.
+    own = settings_of(model)
+    assert {k for k in own if own[k] != measured[k]} <= {"option", "eq_solref", "eq_solimp", "body_invweight0",
+                                                         "dof_invweight0"}  # fmt: skip
+    assert measured["eq_solref"][2] == [0.05, 1.0]
+    if name != OWN:
+        # Control: the default alone leaves the closure its own setting, which stands before it.
+        alone = pasted(text, lines.split("<!--")[0], after)
+        assert alone.eq_solref[0].tolist() == [0.004, 1.0]
+        assert settings_of(alone) != measured
+
+
+OPTION = '<option timestep="0.001" integrator="RK4" solver="Newton" iterations="100" tolerance="1e-30"/>'
+CLOSURES = '<default><equality solref="{} 1" solimp="0.9999 0.9999 0.001 0.5 2"/></default>'
+WEIGHTS = """# after mj_setConst, which makes these anew: again
+model.body_invweight0[[3, 4]] *= {}  # coupler, rocker"""
+
+
+@pytest.mark.parametrize(("name", "idle", "lines", "after"), [
+    (OWN, False, '<option timestep="0.001" tolerance="1e-30"/>', ""),
+    ("tuned", False, f"{OPTION}\n{CLOSURES.format(0.008)}", ""),
+    ("hardened", False, f"{OPTION}\n{CLOSURES.format(0.15)}", WEIGHTS.format("1e-09")),
+    ("hardened", True, f"{OPTION}\n{CLOSURES.format(0.15)}", WEIGHTS.format("1e-07")),
+    ("tuned with implicitfast", True, f"{OPTION.replace('RK4', 'implicitfast')}\n{CLOSURES.format(0.002)}", ""),
+])  # fmt: skip
+def test_settings_are_said_as_mjcf(name: str, idle: bool, lines: str, after: str, tmp_path: Path) -> None:
+    file = tmp_path / "m.xml"
+    file.write_text(four_bar())
+    model = mujoco.MjModel.from_xml_string(four_bar())
+    recipe = settings_edits(model, name, 0.001, 1.5, idle=idle)
+    assert mjcf_lines(file, model, recipe) == lines
+    assert "\n".join(after_compiling(recipe)) == after
+
+
+def test_default_is_pasted_where_it_changes_closures_alone(tmp_path: Path) -> None:
+    file = tmp_path / "m.xml"
+    plain = model_text(closure="").replace(' solref="0.05 1"', "")
+    for text, has_default in ((model_text(closure=""), False), (four_bar(), True), (plain, False)):
+        file.write_text(text)
+        model = mujoco.MjModel.from_xml_string(text)
+        recipe = settings_edits(model, "tuned", 0.002, 1.0, idle=False)
+        lines = mjcf_lines(file, model, recipe)
+        assert ("<default>" in lines) == has_default, lines
+        assert settings_of(pasted(text, lines, "")) == settings_of(apply_recipe(model, recipe))
+    assert mjcf_lines(tmp_path / "m.mjb", model, recipe) == ""
+
+
+# -- a model's study ---------------------------------------------------------------------------------------------------
+
+
+@cache
+def found_study(folder: Path, share: float = 0.0) -> LoopStudy:
+    file = folder / "four-bar.xml"
+    file.write_text(four_bar(closure='solref="0.01 1"'))
+    tolerance = {} if share else {"position": 1e-7}
+    with pytest.MonkeyPatch.context() as patch:
+        for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
+            patch.setattr(study, name, cheap)
+        patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+        question = LoopRequest({"crank": "60rpm"}, seconds=0.25, tolerance=tolerance, searched_share=share)
+        return study.study_loops(file, question, "four-bar")
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> LoopStudy:
+    return found_study(tmp_path_factory.mktemp("models"))
+
+
+def test_study_of_a_four_bar_goes_beyond_four_times_its_step(found: LoopStudy) -> None:
+    search = found.search
+    assert search is not None
+    assert search.best is found.cheapest is not None
+    assert search.best.timestep > 4e-3
+    assert search.best.is_within(found.question.tolerance)
+    assert search.coarser is not None
+    assert search.coarser.timestep == pytest.approx(2.0 * search.best.timestep)
+    assert not search.coarser.is_within(found.question.tolerance)
+    words = settings_words(found)
+    assert words.startswith("The cheapest that holds position 1.0e-4 mm (")
+    assert f" L): {search.best.label} with a step of " in words
+    assert f"; {search.best.label} with a step of {2e3 * search.best.timestep:.4g} ms " in words
+    assert words.endswith("With these and its own actuators the file runs through its 0.25 s, its loops open by up to "
+                          f"{words.split()[-2]} mm.")  # fmt: skip
+    assert "times real time on this machine, with its own " in words
+
+
+def test_pasted_lines_measured_again_give_the_same_errors(found: LoopStudy, tmp_path: Path) -> None:
+    assert found.search is not None
+    assert found.cheapest is not None
+    text = four_bar(closure='solref="0.01 1"')
+    model = pasted(text, found.paste, found.search.after_compiling)
+    bench = study._LoopBench.from_request(model, found.question)
+    again = bench._run_model("pasted", model, found.travel)
+    assert again.errors == found.cheapest.errors
+    # Control: as the file is it is another motion.
+    own = mujoco.MjModel.from_xml_string(text)
+    own.opt.timestep = found.cheapest.timestep
+    assert bench._run_model("own", own, found.travel).errors != found.cheapest.errors
+    titles = [title for title, _ in lines_to_paste(found)]
+    assert titles[0].endswith("to paste before </mujoco>")
+    assert titles[-1] == "or all of it in Python"
+
+
+@pytest.mark.slow
+def test_settings_are_found_for_a_share_of_the_travel_if_asked(tmp_path: Path) -> None:
+    found = found_study(tmp_path, 1e-3)
+    assert found.search is not None
+    assert found.search.allowed == {"position": 1e-3 * found.scales["position"]}
+    assert " L): " in settings_words(found)
+    assert found.passed == (found.own.errors["position"] >= 0.0)  # measured, not judged
+    assert np.isfinite(found.search.speed)
