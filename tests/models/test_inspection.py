@@ -6,6 +6,7 @@ from pathlib import Path
 
 import mujoco
 import pytest
+from four_bars import in_millimetres
 
 from conrod.errors import InvalidInput
 from conrod.models.inspection.drive_choice import choose_drives
@@ -106,12 +107,7 @@ def test_urdf_is_read_and_what_it_loses_is_said(tmp_path: Path) -> None:
 
 
 def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path) -> None:
-    text = CLOSED
-    for metres in ("0.26 ", "0.22 ", "0.008", "0.1 0", "0.3 0", "0.01"):
-        number, space, rest = metres.partition(" ")
-        text = text.replace(f'"{metres}', f'"{1e3 * float(number):g}{space}{rest}')
-        text = text.replace(f" {metres}", f" {1e3 * float(number):g}{space}{rest}")
-    text = text.replace('density="2000"', 'density="2e-6"')
+    text = in_millimetres(CLOSED)
     typed = inspected(text, tmp_path)
     assert "m long: is the model in millimetres? --unit mm says so" in said(typed, "load")
     found, right = inspected(text, tmp_path, unit=1e-3), inspected(CLOSED, tmp_path, "metres.xml")

@@ -64,6 +64,15 @@ def four_bar(
     <keyframe>{keys}</keyframe></mujoco>"""
 
 
+def in_millimetres(text: str) -> str:
+    """The four-bar of tests/data/cases, written in millimetres and kilograms."""
+    for metres in ("0.26 ", "0.22 ", "0.008", "0.1 0", "0.3 0", "0.01"):
+        number, space, rest = metres.partition(" ")
+        size = f"{1e3 * float(number):g}{space}{rest}"
+        text = text.replace(f'"{metres}', f'"{size}').replace(f" {metres}", f" {size}")
+    return text.replace('density="2000"', 'density="2e-6"')
+
+
 def key(name: str, lengths: tuple[float, float, float, float], crank: float, branch: float) -> str:
     """A keyframe with the four-bar assembled so."""
     return f'<key name="{name}" qpos="{" ".join(map(repr, start_angles(lengths, crank, branch)))}"/>'

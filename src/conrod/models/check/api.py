@@ -84,7 +84,9 @@ def check_model(
         for angle, given in (("rotation", rotation), ("crank_zero", crank_zero)):
             if given is not None:
                 check_number(angle, given, -math.inf, math.inf, "rad")
-        frame = GivenFrame(plane, rotation, crank_zero)
+        frame = GivenFrame(
+            plane, rotation, crank_zero, None if unit is None else 1.0
+        )  # it is in metres from its loading on
         allowed = None if tolerance is None else check_tolerance(tolerance)
         words: dict[str, Any] = {
             "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,

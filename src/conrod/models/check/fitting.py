@@ -165,7 +165,7 @@ class FrameFit:
 def fit_frame(search: PathSearch) -> FrameFit:
     """Fit the document's frame to a model's paths; given parts of the frame are kept."""
     coarse = _fit_coarsely(search)
-    unit = min(LENGTH_UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
+    unit = search.given.unit or min(LENGTH_UNITS.values(), key=lambda unit: abs(np.log(unit / coarse.unit)))
     return replace(coarse, unit=unit).refine()
 
 

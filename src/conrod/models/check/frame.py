@@ -85,6 +85,7 @@ class GivenFrame:
     plane: str | None = None
     rotation: float | None = None  # [rad]
     zero: float | None = None  # [rad]
+    unit: float | None = None  # [m]
 
 
 def candidate_views(axis: Array, sense: int, plane: str | None) -> tuple[PlaneView, ...]:

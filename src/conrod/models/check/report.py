@@ -12,6 +12,7 @@ from conrod.comparison.other_forces import acting_sentences
 from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import QUANTITIES
 from conrod.mechanism.units import MM
+from conrod.mjcf.request import LENGTH_UNITS
 from conrod.mjcf.start_pose_words import open_start_words
 from conrod.models.check.identity import Explanation, FoundLength
 from conrod.models.check.references import ALL_LENGTHS
@@ -190,10 +191,16 @@ def _frame_lines(study: ModelStudy) -> Iterator[str]:
         yield study.question.taken
     yield (
         f"plane {there.view.name}, turned by "
-        f"{_degrees_text(there.rotation)}, crank zero at {_degrees_text(there.zero)}, unit {there.unit_name}"
+        f"{_degrees_text(there.rotation)}, crank zero at {_degrees_text(there.zero)}, unit {_unit_text(study)}"
     )
     anchor, way = " ".join(f"{value:.6g}" for value in there.anchor), "with" if there.sense > 0 else "against"
     yield f"the crank's axis is at ({anchor}) {there.unit_name}; the crank angle grows {way} the hinge's coordinate"
+
+
+def _unit_text(study: ModelStudy) -> str:
+    given = study.question.unit
+    name = next((name for name, size in LENGTH_UNITS.items() if size == given), "")
+    return study.identity.frame.unit_name if given == 1.0 else f"{name}, converted to m"
 
 
 def _degrees_text(angle: float) -> str:
