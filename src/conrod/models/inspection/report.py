@@ -11,15 +11,14 @@ from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
 from conrod.models.loops.error_words import in_mm
+from conrod.models.loops.settings_words import lines_to_paste, settings_words
 from conrod.report.kind import Index, Kind
 from conrod.report.numbers import quantity
-from conrod.report.table import Table, table
+from conrod.report.table import Table, Verbatim, table
 from conrod.report.terminal import PrintedPart, verdict_line
 
 MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
-MORE_SETTINGS = "a --tolerance finds the cheapest settings that hold it, and prints the lines to paste"
-TOLERANCE_SHARE = 1e-3  # of the travel, for a first tolerance
 MAX_ALARMS = 2  # of actuators in the first sentences
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
 
@@ -126,21 +125,21 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
 
 
 def _setting_lines(study: Inspection) -> Iterator[str]:
-    """Yield settings that would do, or that none are needed."""
+    """Yield whether its own settings would do, and the cheapest that do."""
     motion = study.motion
-    if motion is None:
+    if motion is None or motion.search is None:
         yield "nothing was judged"
         return
-    allowed = TOLERANCE_SHARE * motion.travel
-    words = f"{in_mm(allowed)}, a thousandth of the {in_mm(motion.travel)} that it travels"
-    if motion.own.is_within({"position": allowed}):
-        yield f"nothing: its own settings are within {words}"
-        return
-    better = [run for run in motion.runs[1:] if run.is_within({"position": allowed})]
-    if not better:
-        yield f"a smaller step: no settings at its own are within {words}; {MORE_SETTINGS}"
-        return
-    yield f"{better[0].label}, which is within {words}; {MORE_SETTINGS}"
+    if motion.own.is_within(motion.search.allowed):
+        yield f"nothing: its own settings are within {in_mm(motion.search.allowed['position'])}"
+    yield settings_words(motion)
+
+
+def settings_to_paste(study: Inspection) -> Iterator[tuple[str, str]]:
+    """Yield what each group of lines to paste is, and the lines, where its own settings do not do."""
+    motion = study.motion
+    if motion is not None and motion.search is not None and not motion.own.is_within(motion.search.allowed):
+        yield from lines_to_paste(motion)
 
 
 def _lint_lines(study: Inspection) -> Iterator[str]:
@@ -168,9 +167,9 @@ def next_step(study: Inspection) -> str:
             return f"{_keyframe_words(name, pose)}, then {_command(study, '--keyframe', name)}"
     if any(one.rule == "soft-closure" for one in study.errors):
         return f"conrod harden {shlex.quote(study.file)}"
-    if study.motion is not None:
+    if study.motion is not None and study.motion.search is not None:
         drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
-        allowed = 1e3 * TOLERANCE_SHARE * study.motion.travel
+        allowed = 1e3 * study.motion.search.allowed["position"]
         return _command(study, *drives, "--tolerance", f"position={allowed:.1g}mm")
     if not study.loading.joints:
         return f"give it a joint, then {again}"
@@ -205,6 +204,8 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
         for question, lines in sections(study):
             yield f"{question:<18}{lines[0]}"
             yield from (f"{'':<18}{line}" for line in lines[1:])
+        for what, lines in settings_to_paste(study):
+            yield from ("", f"{what}:", Verbatim(lines))
         yield from ("", f"next: {next_step(study)}", "")
 
 

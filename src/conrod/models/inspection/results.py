@@ -12,6 +12,9 @@ from conrod.models.inspection.moving_results import FreeEnergy, KeyframeHold, La
 from conrod.models.inspection.moving_words import actuator_lines, keyframe_lines
 from conrod.models.lint.findings import Finding, Severity
 
+# Of the range of motion: the tolerance on the position that settings are searched for, as none is given.
+SEARCHED_SHARE = 1e-3
+
 
 @dataclass(frozen=True)
 class InspectionRequest:

@@ -22,7 +22,7 @@ from conrod.models.inspection.following import drives_of_joints
 from conrod.models.inspection.loading import URDF, load_for_inspection
 from conrod.models.inspection.moving_study import study_moving
 from conrod.models.inspection.prepared_document import prepared_document
-from conrod.models.inspection.results import Closing, Inspection, InspectionRequest
+from conrod.models.inspection.results import SEARCHED_SHARE, Closing, Inspection, InspectionRequest
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
 from conrod.models.loops.study import study_loops
@@ -76,7 +76,7 @@ def judge_motion(path: Path, question: InspectionRequest, drives: Mapping[str, s
     Raises:
         InvalidInput: the loops cannot be judged.
     """
-    asked = LoopRequest(drives, question.keyframe, question.controls, unit=question.unit)
+    asked = LoopRequest(drives, question.keyframe, question.controls, unit=question.unit, searched_share=SEARCHED_SHARE)
     return study_loops(path, asked, name)
 
 
