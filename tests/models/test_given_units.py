@@ -34,6 +34,7 @@ def test_model_in_millimetres_is_the_machine(unit: str | None, found: float, tmp
     assert identity.frame.unit == found
 
 
+@pytest.mark.slow
 def test_model_in_a_wrong_unit_is_ten_times_too_large(tmp_path: Path) -> None:
     # Negative control.
     (explanation, *_) = identity_of(tmp_path, "cm").explanations

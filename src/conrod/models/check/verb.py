@@ -88,7 +88,7 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     models = all(name.lower().endswith(MODELS) or name in (*MACHINES, SPATIAL) for name in files)
     scene = asked.scene
     if all(name.lower().endswith(MODELS) for name in files) and scene is None and not asked.drives and can_inspect():
-        inspect_models(files, asked)
+        _inspect(files, asked)
         return
     if models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)):
         check_machines("check", files, asked)
@@ -275,54 +275,17 @@ def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -
 
 # -- a model of which nothing is said ----------------------------------------------------------------------------------
 
-INSPECTED = ("--keyframe", "--ctrl", "--unit", "--engine", "--out", "--html", "--json")
-
 
 def can_inspect() -> bool:
     """True where this conrod has inspections."""
     return any(one.folder == "models.inspection" for one in SLICES)
 
 
-def inspect_models(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, str] | None = None) -> None:
-    """Say what model files are: whether they load, close and move.
+def _inspect(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, str] | None = None) -> None:
+    """Inspect model files; `drives` are laws of actuators, or of joints outside loops."""
+    from conrod.models.inspection.verb import inspect_models
 
-    Args:
-        drives: laws of actuators, or of joints outside loops.
-    """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
-    from conrod.execution.local import FILE_TIMEOUT
-    from conrod.models.inspection.api import inspect_model
-    from conrod.models.inspection.report import INSPECTION_REPORT
-    from conrod.user_files.files import check_readable, protected_model_files
-
-    if drives:
-        refuse_others(asked, "--drive of an actuator, or outside loops", "--drive", *INSPECTED)
-    else:
-        refuse_others(asked, "a model without --scene", *INSPECTED)
-    parts, inputs = dict[str, str](), dict[str, Path]()
-    for name in names:
-        if Path(name).stem in parts:
-            raise InvalidInput(f"{name}: another has the same name in the report: inspect it by itself")
-        check_readable(Path(name))
-        inputs |= protected_model_files(Path(name))
-        parts[Path(name).stem] = name
-    files = check_outputs(INSPECTION_REPORT, parts, asked, inputs)
-    with ExitStack() as under_way:
-
-        def begin(name: str) -> None:
-            under_way.close()
-            under_way.enter_context(waiting(name, FILE_TIMEOUT))
-
-        found = inspect_model(
-            names,
-            keyframe=asked.keyframe,
-            drives=drives,
-            controls=controls_in(asked.controls),
-            unit=_unit_of_model(asked),
-            progress=begin,
-        )
-    files.print_and_write(found, "check", parts)
-    exit_with_verdict(found)
+    inspect_models(names, asked, _unit_of_model(asked), drives)
 
 
 # -- closed loops ------------------------------------------------------------------------------------------------------
@@ -382,7 +345,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             if not can_inspect() or SPATIAL in names or any(name in MACHINES for name in subjects):
                 raise
             under_way.close()
-            inspect_models(names, asked, drives)
+            _inspect(names, asked, drives)
             return
     files.print_and_write(found, command, parts)
     if dossier:

@@ -204,8 +204,8 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
         for question, lines in sections(study):
             yield f"{question:<18}{lines[0]}"
             yield from (f"{'':<18}{line}" for line in lines[1:])
-        for what, lines in settings_to_paste(study):
-            yield from ("", f"{what}:", Verbatim(lines))
+        for what, text in settings_to_paste(study):
+            yield from ("", f"{what}:", Verbatim(text))
         yield from ("", f"next: {next_step(study)}", "")
 
 
