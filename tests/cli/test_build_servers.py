@@ -41,7 +41,7 @@ def test_action_runs_its_command_and_hands_on_its_status() -> None:
     assert not (ROOT / "planted").exists()
 
 
-def test_action_installs_itself_with_the_extras_that_are_asked_for() -> None:
+def test_action_installs_itself_with_the_extras_asked_for() -> None:
     shown = action_step("Install conrod").replace("python -m pip install --quiet", "printf '%s'")
     assert run_step(shown, ACTION_PATH="/a b", EXTRAS="").stdout == "/a b"
     assert run_step(shown, ACTION_PATH="/a b", EXTRAS="exudyn,mjx").stdout == "/a b[exudyn,mjx]"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 from pathlib import Path
 
@@ -92,7 +91,7 @@ def test_a_file_that_an_option_names_is_no_subject(folder: Path) -> None:
     for target in (("--json", "found.xml"), ("--json=found.csv",), ("--out", "rep.csv"), ("--ledger", "l.dat")):
         done = conrod("validate", "saw-40rpm", *QUICK.split(), *target, cwd=folder, ledger=folder / "ledger.sqlite")
         assert done.returncode == 0, done.stderr
-    assert json.loads((folder / "found.xml").read_text())["parts"]
+    assert (folder / "found.xml").read_text().startswith("<?xml")
     assert new_spelling(["validate", "saw-40rpm", "--json", "found.xml"]) is None
     assert new_spelling(["show", "saw-40rpm", "--quantity", "torque"]) is None
     assert new_spelling([]) is None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -100,6 +101,16 @@ ledger = click.option("--ledger", **SHARED["--ledger"])
 out = click.option("--out", **SHARED["--out"])
 document = click.option("--json", "document", **SHARED["--json"])
 html = click.option("--html", **SHARED["--html"])
+
+
+PROJECT_FILE = "pyproject.toml"
+
+
+def project_file() -> Path | None:
+    """Find the nearest pyproject.toml here or above; None if it has no settings of conrod, which are not read then."""
+    here = Path.cwd()
+    file = next((place / PROJECT_FILE for place in (here, *here.parents) if (place / PROJECT_FILE).is_file()), None)
+    return file if file and re.search(rb"tool\W+conrod|\[\s*tool\s*\]", file.read_bytes()) else None
 
 
 def option(name: str, heading: str = OPTIONS, **attributes: Any) -> Any:
@@ -230,7 +241,7 @@ class ReportOptions:
     """Options of a verb that reports; None where nothing was given."""
 
     out: str | None = option("--out", OUTPUT)
-    document: str | None = option("--json", OUTPUT)
+    document: str | None = option("--json", OUTPUT, help="Results as JSON, JUnit (.xml) or SARIF (.sarif).")
     html: str | None = option("--html", OUTPUT)
 
 

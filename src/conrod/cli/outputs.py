@@ -55,10 +55,11 @@ class Outputs(Generic[F]):
         if not (self.folder or self.file or self.html):
             return
         from conrod.execution.writing import single_file, write_together
+        from conrod.report.build_servers import results_text
         from conrod.report.html.page import html_report
-        from conrod.report.writer import document_text, report_batch
+        from conrod.report.writer import report_batch
 
-        batches = [single_file(self.file, document_text(self.kind, found.parts))] if self.file else []
+        batches = [single_file(self.file, results_text(self.file, found))] if self.file else []
         place = self.folder or self.html
         if place:
             target = ("--out" if self.folder else "--html", place)

@@ -78,13 +78,17 @@ WITH_DRIVE = (
 
 
 @options.verb(CheckOptions)
-@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=completion.files_with(FILES))
+@click.argument("files", nargs=-1, metavar="[FILE...]", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a model (.xml, .mjb), FMU or table (.csv, .npz) by --scene, or --drive. Exit 1: out of tolerance."""
+    from conrod.cli.project import check_project_models
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.endings import FILES, FMUS, MODELS
     from conrod.user_files.files import check_readable
 
+    if not files:
+        check_project_models(given_options=asked != CheckOptions())
+        return
     models = all(name.lower().endswith(MODELS) or name in (*MACHINES, SPATIAL) for name in files)
     scene = asked.scene
     if all(name.lower().endswith(MODELS) for name in files) and scene is None and not asked.drives and can_inspect():

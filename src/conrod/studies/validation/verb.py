@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import click
 
-from conrod.cli import completion, options
+from conrod.cli import completion, options, say
 from conrod.cli.options import OUTPUT, RunOptions, VerificationOptions, option, refuse, tolerance_in
 from conrod.errors import InvalidInput
 
@@ -51,6 +51,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
         return
     if any(name.lower().endswith(FILES) for name in scenes):
         options.refuse_old_spelling(click.get_current_context())
+    asked = with_project_settings(asked)
     chosen = select_scenes(scenes, asked.assignments)
     dossier = None
     files = check_outputs(VALIDATION_REPORT, chosen, asked)
@@ -78,6 +79,28 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)
+
+
+def with_project_settings(asked: ValidateOptions) -> ValidateOptions:
+    """Fill in what the project's pyproject.toml sets and no option gives, and say so."""
+    if (file := options.project_file()) is None:
+        return asked
+    from conrod.cli.project import read_project_settings
+
+    settings = read_project_settings(file)
+    if settings is None:
+        return asked
+    filled = replace(
+        asked,
+        engine=asked.engine or settings.engines,
+        preset=asked.preset or settings.preset,
+        tolerance=asked.tolerance or settings.tolerance_text,
+    )
+    taken = {"engine": ", ".join(filled.engine), "preset": filled.preset, "tolerance": filled.tolerance}
+    changed = [f"{name} {value}" for name, value in taken.items() if getattr(filled, name) != getattr(asked, name)]
+    if changed:
+        say(f"{settings.file}: {'; '.join(changed)}", err=True)
+    return filled
 
 
 MEASUREMENTS = ("measured", "limits", "uncertainties", "columns", "units", "estimate")
