@@ -58,6 +58,14 @@ class SpatialJoint:
         """Slice of this joint's rates among all rates."""
         return slice(self.rate, self.rate + RATES[self.kind])
 
+    @cached_property
+    def rodrigues(self) -> tuple[Array, Array, Array]:
+        """Matrices (3, 3, 1) K, K^2 and I + K^2 of Rodrigues' formula, K = [axis]x."""
+        x, y, z = self.axis
+        skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        square = skew @ skew
+        return skew[:, :, None], square[:, :, None], (np.eye(3) + square)[:, :, None]
+
 
 @dataclass(frozen=True, eq=False)
 class SpatialBody:
@@ -79,6 +87,11 @@ class SpatialBody:
     mass: float
     centre: Array
     inertia: Array
+
+    @cached_property
+    def is_turned(self) -> bool:
+        """True if its frame is not along its parent's at the reference pose."""
+        return not np.array_equal(self.turn, np.eye(3))
 
 
 @dataclass(frozen=True, eq=False)

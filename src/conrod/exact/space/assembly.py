@@ -128,27 +128,43 @@ class Assembly:
         """Jacobian (rows, free) of the closures by the free rates, rotations in m of the extent."""
         return np.asarray(jacobian(found, 1)[0][:, self.free] * self.weights)
 
-    def knot(self, coordinates: Array, time: float) -> Knot:
-        """Derivatives and closure bases of a closed pose (nq, 1) at a time [s]."""
-        matrix = self.scaled_jacobian(forward_kinematics(self.tree, coordinates))
+    def knot(self, coordinates: Array, time: float, poses: Poses | None = None) -> Knot:
+        """Derivatives and closure bases of a closed pose (nq, 1) at a time [s]; `poses` are its bodies', if known."""
+        poses = forward_kinematics(self.tree, coordinates) if poses is None else poses
+        matrix = self.scaled_jacobian(poses)
         rank = 0
         rows, values, columns = np.zeros((len(matrix), 0)), np.zeros(0), np.zeros((0, len(self.free)))
         if matrix.size:
             rows, values, columns = np.linalg.svd(matrix)
             rank = int(np.sum(values > RANK_TOLERANCE * values[0]))
         basis = rows[:, :rank], self.weights[:, None] * columns[:rank].T
-        rates = self.rate_series(coordinates, np.array([time]), basis[0][None], basis[1][None])
+        rates = self.rate_series(coordinates, np.array([time]), basis[0][None], basis[1][None], poses=poses)
         return Knot(time, coordinates, rates[:, :, 0], *basis, values)
 
-    def rate_series(self, coordinates: Array, times: Array, rows: Array, columns: Array, order: int = 3) -> Array:
-        """Taylor coefficients in time of all rates (order, nv, T) at closed poses (nq, T)."""
+    def rate_series(
+        self,
+        coordinates: Array,
+        times: Array,
+        rows: Array,
+        columns: Array,
+        order: int = 3,
+        *,
+        poses: Poses | None = None,
+    ) -> Array:
+        """Taylor coefficients in time of all rates (order, nv, T) at closed poses (nq, T).
+
+        Args:
+            rows, columns: bases (T, rows, r) and (T, free, r) in which the closures determine the free rates.
+            poses: the bodies' poses at these coordinates, if they are known.
+        """
         rates = np.zeros((order, self.tree.freedom, len(times)))
         for joint, law in zip(self.driven, self.laws.values(), strict=True):
             for k, row in enumerate(law.derivatives(times)[1 : order + 1]):
                 rates[k, joint.rate] = row / math.factorial(k)
         if not rows.shape[2]:
             return rates
-        matrix = self.reduced_jacobian(forward_kinematics(self.tree, coordinates), rows, columns)
+        poses = forward_kinematics(self.tree, coordinates) if poses is None else poses
+        matrix = self.reduced_jacobian(poses, rows, columns)
         for k in range(order):
             left = residuals(forward_kinematics(self.tree, coordinates, rates[: k + 1]), k + 1)[k + 1]
             seen = (k + 1) * np.einsum("tmr,mt->tr", rows, left)

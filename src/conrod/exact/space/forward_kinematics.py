@@ -46,20 +46,24 @@ def multiply_series(
     """Product of two series up to an order; of rotations unless another product is given."""
     made = []
     for k in range(min(order, len(a) + len(b) - 2) + 1):
-        terms = [times(a[i], b[k - i]) for i in range(len(a)) if 0 <= k - i < len(b)]
+        terms = [times(a[i], b[k - i]) for i in range(max(0, k - len(b) + 1), min(k + 1, len(a)))]
         made.append(sum(terms[1:], terms[0]))
     return made
 
 
 def rotate_series(turn: Series, vector: Array) -> Series:
-    """A vector (3,) fixed in a rotating frame, in the ground's directions."""
-    return [np.einsum("ijt,j->it", one, vector) for one in turn]
+    """A vector (3,) fixed in a rotating frame, in the ground's directions; no coefficient of a vector of zeros."""
+    return [np.einsum("ijt,j->it", one, vector) for one in turn] if vector.any() else []
 
 
 def add_series(*terms: Series) -> Series:
     """Sum of several series."""
-    longest = max(map(len, terms))
-    return [sum(t[k] for t in terms if k < len(t)) + np.zeros(1) for k in range(longest)]
+    made = []
+    for k in range(max(map(len, terms))):
+        first, *others = [term[k] for term in terms if k < len(term)]
+        # From 0.0 on: no sum is -0.0.
+        made.append(sum(others, first) + 0.0)
+    return made
 
 
 def scale_series(series: Series, by: Series, order: int) -> Series:
@@ -120,7 +124,7 @@ class _ForwardRecursion:
         """Compute the pose of one body from its parent's."""
         above = self.poses.turns[body.parent]
         place = add_series(self.poses.places[body.parent], rotate_series(above, body.place))
-        turn = [np.einsum("ijt,jk->ikt", one, body.turn) for one in above]
+        turn = [np.einsum("ijt,jk->ikt", one, body.turn) for one in above] if body.is_turned else above
         for joint in body.joints:
             place, turn = self._move_by_joint(joint, place, turn)
         self.poses.places.append(place)
@@ -142,11 +146,11 @@ class _ForwardRecursion:
             return add_series(anchor, rotate_series(turn, -joint.anchor)), turn
         value = [self.q[at] - joint.reference, *(self.rates[k, joint.rate] / (k + 1) for k in range(self.order))]
         self.poses.scalars[joint.rate] = [self.q[at], *value[1:]]
-        axis = rotate_series(turn, joint.axis)
+        axis = rotate_series(turn if joint.kind == "slide" else turn[:1], joint.axis)
         axes[joint.rate] = axis[0][:, None]
         if joint.kind == "slide":
             return add_series(place, scale_series(axis, value, self.order)), turn
-        turn = multiply_series(turn, _hinge_rotation(joint.axis, value), self.order)
+        turn = multiply_series(turn, _hinge_rotation(joint, value), self.order)
         return add_series(anchor, rotate_series(turn, -joint.anchor)), turn
 
     def _ball(self, at: int, rate: int) -> Series:
@@ -159,10 +163,10 @@ class _ForwardRecursion:
         return made
 
 
-def _hinge_rotation(axis: Array, angle: Series) -> Series:
-    """Rotations about an axis (3,) by a series of angles (Rodrigues' formula)."""
-    skew = cross_matrix(axis)
+def _hinge_rotation(joint: SpatialJoint, angle: Series) -> Series:
+    """Rotations about a hinge's axis by a series of angles (Rodrigues' formula)."""
+    skew, square, unturned = joint.rodrigues
     sine, cosine = (one.coefficients for one in sine_cosine(Jet(angle)))
-    made = [skew[:, :, None] * s - (skew @ skew)[:, :, None] * c for s, c in zip(sine, cosine, strict=True)]
-    made[0] = made[0] + (np.eye(3) + skew @ skew)[:, :, None]
+    made = [skew * s - square * c for s, c in zip(sine, cosine, strict=True)]
+    made[0] = made[0] + unturned
     return made

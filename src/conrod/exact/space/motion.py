@@ -120,14 +120,10 @@ class DrivenTree(Assembly):
         if deviation.max() > MAX_DEVIATION * travelled.max() + 1e-9 * self.tree.extent:
             return None
         # Where branches meet the determinant is 0, and beyond its sign is another; at a knot it is positive.
-        if (
-            np.linalg.det(
-                self.reduced_jacobian(forward_kinematics(self.tree, found), here.rows[None], here.columns[None])
-            )[0]
-            <= 0.0
-        ):
+        poses = forward_kinematics(self.tree, found)
+        if np.linalg.det(self.reduced_jacobian(poses, here.rows[None], here.columns[None]))[0] <= 0.0:
             return None
-        knot = self.knot(found, time)
+        knot = self.knot(found, time, poses)
         if knot.rows.shape != here.rows.shape:
             return None
         self.misfit = max(self.misfit, gap)
