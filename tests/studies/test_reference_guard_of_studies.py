@@ -51,12 +51,22 @@ class WrongSaw(Saw):
         }
 
 
+KEPT: dict[tuple[type[Scene], str], RunResult] = {}
+
+
 def performed(cases: Sequence[Case]) -> dict[str, RunResult]:
-    """Make all runs in this process; timings of pairs are not made."""
+    """Make all runs in this process, each once for all tests; timings of pairs are not made."""
     return {
-        case.key: case.failed_result(Outcome.TIMED_OUT, "") if isinstance(case, CostCase) else case.perform()
+        case.key: case.failed_result(Outcome.TIMED_OUT, "") if isinstance(case, CostCase) else perform_once(case)
         for case in cases
     }
+
+
+def perform_once(case: Any) -> RunResult:
+    kept = type(case.scene), case.key
+    if kept not in KEPT:
+        KEPT[kept] = case.perform()
+    return KEPT[kept]
 
 
 def pretended_times(cases: Sequence[RunCase]) -> dict[str, Timing]:
@@ -97,7 +107,7 @@ def of_releases(scene: Scene) -> Findings[Any]:
     (label, case), *_ = release_cases({NAME: scene}, MUJOCO).items()
 
     def perform(_: str, cases: Sequence[Any]) -> dict[str, RunResult]:
-        return {one.key: replace(one, version=MUJOCO.version).perform() for one in cases}
+        return {one.key: perform_once(replace(one, version=MUJOCO.version)) for one in cases}
 
     study = versions_study(MUJOCO, ["3.8.0", MUJOCO.version], {label: case}, perform)
     return Findings(VERSIONS, {"mujoco": study})
