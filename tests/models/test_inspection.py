@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import mujoco
 import pytest
-from four_bars import in_millimetres
+from four_bars import four_bar, in_millimetres
 
 from conrod.errors import InvalidInput
 from conrod.models.inspection.drive_choice import choose_drives
-from conrod.models.inspection.report import finding, next_step, sections
+from conrod.models.inspection.report import finding, next_step, sections, settings_to_paste
 from conrod.models.inspection.results import Inspection, InspectionRequest
-from conrod.models.inspection.study import inspect
+from conrod.models.inspection.study import inspect, largest_step
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 FOUR_BAR = (CASES / "four-bar-open.xml").read_text(encoding="utf-8")
@@ -127,6 +130,28 @@ def test_a_closed_four_bar_has_nothing_in_its_way(tmp_path: Path, judged: None) 
     assert "no actuator drives it" in said(found, "moves")
     assert dict(found.drives) == {"crank": "60rpm"}
     assert "--drive crank=60rpm --tolerance position=0.2mm" in next_step(found)
+    settings = said(found, "what to set")
+    assert settings.startswith("nothing: its own settings are within 0.20 mm, a thousandth of its range of motion")
+    assert "The cheapest that holds position 0.20 mm (0.0010 L): " in settings
+    assert not [*settings_to_paste(found)]
+    # Control: where its own do not hold, the lines of those that do are there to paste.
+    motion = found.motion
+    assert motion is not None
+    off = replace(motion.own, errors={**motion.own.errors, "position": 3e-4})
+    titles = [title for title, _ in settings_to_paste(replace(found, motion=replace(motion, runs=(off,))))]
+    assert titles[0] == "the cheapest settings within tolerance, to paste before </mujoco>"
+
+
+def test_settings_stay_at_steps_that_actuators_bear() -> None:
+    def bound(*largest: float | None) -> float | None:
+        steps = [SimpleNamespace(steps=SimpleNamespace(largest=one)) for one in largest]
+        moving: Any = SimpleNamespace(actuators=(*steps, SimpleNamespace(steps=None)))
+        return largest_step(mujoco.MjModel.from_xml_string(CLOSED), moving)
+
+    assert bound() is None
+    assert bound(0.016, 0.004) == 0.004
+    # What bears no step that was tried, or less than the model's own of 1 ms, leaves that.
+    assert bound(0.016, None) == bound(0.0005) == 0.001
 
 
 def test_an_open_loop_is_named_with_its_nearest_closed_pose(tmp_path: Path) -> None:
@@ -193,6 +218,15 @@ def test_a_crank_that_cannot_turn_swings_and_says_why() -> None:
 def test_a_joint_with_an_actuator_is_driven_first() -> None:
     drives, reason = chosen("strut-leg.xml")
     assert (drives, reason) == ({"leg_length": "sine:60mm,1Hz"}, "")
+
+
+@pytest.mark.slow
+def test_a_start_beside_a_dead_centre_is_left_one_way() -> None:
+    servo = '<actuator><position joint="rocker" kp="10"/></actuator>'
+    model = mujoco.MjModel.from_xml_string(four_bar(more=servo))
+    drives, reason = choose_drives(model, model.qpos0)
+    assert drives == {"rocker": "move:115.565deg,135.565deg,1s"}
+    assert "a dead centre" in reason
 
 
 def test_a_model_without_a_loop_has_no_drive() -> None:

@@ -39,6 +39,7 @@ class LoopRequest:
         shares: allowed errors that were given as shares of `LoopStudy.scales`, by quantity.
         searched_share: share of the range of motion that settings are searched for where no tolerance is given; 0 for
             no search.
+        largest_step: step [s] that actuators bear, above which no settings are searched; None without a limit.
     """
 
     drives: Mapping[str, str]
@@ -51,6 +52,7 @@ class LoopRequest:
     unit: float = 1.0
     shares: Mapping[str, float] = field(default_factory=dict)
     searched_share: float = 0.0
+    largest_step: float | None = None
 
     def in_si(self, scales: Mapping[str, float]) -> LoopRequest:
         """The same request with its shares of scales [SI] among the tolerances."""
@@ -198,6 +200,7 @@ class SettingsSearch:
         speed, own_speed: simulated seconds in a second of CPU time on this machine, with the best and the own settings.
         python: lines of Python that make the best settings of a compiled model.
         after_compiling: those of them that MJCF cannot express.
+        borne: whether the largest step that was tried is the largest that actuators bear.
     """
 
     allowed: Mapping[str, float]
@@ -212,6 +215,7 @@ class SettingsSearch:
     own_speed: float = 0.0
     python: str = ""
     after_compiling: str = ""
+    borne: bool = False
 
 
 @dataclass(frozen=True)

@@ -280,6 +280,23 @@ def test_pasted_lines_measured_again_give_the_same_errors(found: LoopStudy, tmp_
     assert titles[-1] == "or all of it in Python"
 
 
+def test_words_say_why_no_larger_step_was_tried(found: LoopStudy) -> None:
+    assert found.search is not None
+    for borne, why in ((False, "the motion would have fewer than 8"), (True, "its actuators bear none")):
+        ended = replace(found, search=replace(found.search, coarser=None, coarser_shipped=None, borne=borne))
+        assert f"; no larger step was tried: {why}. With these" in settings_words(ended)
+
+
+def test_words_name_the_nearest_settings_where_none_hold(found: LoopStudy) -> None:
+    assert found.search is not None
+    nothing = replace(found.search, best=None, nearest=found.own, steps=(1e-3 / 64, 1e-3), allowed={"position": 1e-12})
+    words = settings_words(replace(found, search=nothing))
+    assert words.startswith("None of the settings that were tried holds position 1.0e-9 mm (")
+    assert ": hardened, tuned, as it is, tuned with implicitfast, tuned with Euler, tuned with implicit, in " in words
+    assert " in steps of 0.01562 ms to 1 ms; nearest: as it is with a step of 1 ms leaves position " in words
+    assert settings_words(replace(found, search=None)) == ""
+
+
 @pytest.mark.slow
 def test_settings_are_found_for_a_share_of_the_travel_if_asked(tmp_path: Path) -> None:
     found = found_study(tmp_path, 1e-3)

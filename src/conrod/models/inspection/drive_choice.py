@@ -93,6 +93,9 @@ def law_texts(joint: SpatialJoint, tree: SpatialTree, *, from_start: bool = True
         if joint.kind == "hinge":
             yield FULL_TURN
             yield from (f"sine:{swing:g}deg,1Hz" for swing in SWINGS)
+            # A start beside a dead centre is left one way only.
+            for swing in SWINGS:
+                yield from (f"move:{factor * value:.6g}deg,{factor * value + way * swing:.6g}deg,1s" for way in (1, -1))
             return
         yield f"sine:{factor * STROKE_SHARE * tree.extent:.2g}mm,1Hz"
         return

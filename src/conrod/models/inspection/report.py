@@ -131,7 +131,8 @@ def _setting_lines(study: Inspection) -> Iterator[str]:
         yield "nothing was judged"
         return
     if motion.own.is_within(motion.search.allowed):
-        yield f"nothing: its own settings are within {in_mm(motion.search.allowed['position'])}"
+        within = f"{in_mm(motion.search.allowed['position'])}, a thousandth of its range of motion"
+        yield f"nothing: its own settings are within {within}"
     yield settings_words(motion)
 
 

@@ -22,7 +22,7 @@ from conrod.models.inspection.following import drives_of_joints
 from conrod.models.inspection.loading import URDF, load_for_inspection
 from conrod.models.inspection.moving_study import study_moving
 from conrod.models.inspection.prepared_document import prepared_document
-from conrod.models.inspection.results import SEARCHED_SHARE, Closing, Inspection, InspectionRequest
+from conrod.models.inspection.results import SEARCHED_SHARE, Closing, Inspection, InspectionRequest, Moving
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
 from conrod.models.loops.study import study_loops
@@ -51,7 +51,7 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
     motion = None
     if drives:
         try:
-            motion = judge_motion(path, question, drives, name)
+            motion = judge_motion(path, question, drives, name, largest_step(model, moving))
         except InvalidInput as error:
             not_judged = str(error).removeprefix(f"{path}: ")
     found = replace(found, drives=dict(drives), motion=motion, not_judged=not_judged)
@@ -70,13 +70,27 @@ def pose_inside(closing: Closing, model: mujoco.MjModel, unit: float) -> Array |
     return np.array(text.split(), dtype=float) * unit ** coordinate_powers(model) if text else None
 
 
-def judge_motion(path: Path, question: InspectionRequest, drives: Mapping[str, str], name: str) -> LoopStudy:
-    """Judge the loops by their exact motion with joints driven by laws.
+def largest_step(model: mujoco.MjModel, moving: Moving) -> float | None:
+    """The largest step [s] that all actuators bear, the model's own at least; None where none was tried."""
+    bounds = [one.steps.largest or 0.0 for one in moving.actuators if one.steps is not None]
+    return max(float(model.opt.timestep), min(bounds)) if bounds else None
+
+
+def judge_motion(
+    path: Path, question: InspectionRequest, drives: Mapping[str, str], name: str, longest: float | None
+) -> LoopStudy:
+    """Judge the loops by their exact motion with joints driven by laws, and search for settings.
+
+    Args:
+        longest: largest step [s] of settings; None without a limit.
 
     Raises:
         InvalidInput: the loops cannot be judged.
     """
-    asked = LoopRequest(drives, question.keyframe, question.controls, unit=question.unit, searched_share=SEARCHED_SHARE)
+    asked = LoopRequest(
+        drives, question.keyframe, question.controls, unit=question.unit, searched_share=SEARCHED_SHARE,
+        largest_step=longest,
+    )  # fmt: skip
     return study_loops(path, asked, name)
 
 

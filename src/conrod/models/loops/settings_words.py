@@ -18,14 +18,15 @@ def settings_words(study: LoopStudy) -> str:
     if (best := search.best) is None:
         least, most = (f"{quantity(1e3 * step)} ms" for step in search.steps)
         said = f"None of the settings that were tried holds {asked}: {', '.join(search.names)}, in steps of"
-        nearest = "" if search.nearest is None else f"; the nearest is {_trial_words(study, search.nearest)}"
+        nearest = "" if search.nearest is None else f"; nearest: {_trial_words(study, search.nearest)}"
         return f"{said} {least} to {most}{nearest}."
     cost = f"at {measured_text(best.cost)} times the cost of its own settings"
     times = (
         f"{measured_text(search.speed)} times real time on this machine, with its own {measured_text(search.own_speed)}"
     )
     said = f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}"
-    beyond = f"; no larger step was tried: the motion would have fewer than {FEWEST_STEPS}"
+    why = "its actuators bear none" if search.borne else f"the motion would have fewer than {FEWEST_STEPS}"
+    beyond = f"; no larger step was tried: {why}"
     if search.coarser is not None:
         beyond = f"; {_trial_words(study, search.coarser)}"
         if search.coarser.is_within(search.allowed) and search.coarser_shipped is not None:

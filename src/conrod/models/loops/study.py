@@ -284,7 +284,9 @@ class _LoopBench:
         if not allowed:
             return None, ""
         own_step = float(self.model.opt.timestep)
-        most = math.floor(math.log2(self.seconds / (FEWEST_STEPS * own_step)) + 1e-9)
+        longest, bearable = self.seconds / FEWEST_STEPS, self.question.largest_step or math.inf
+        borne = bearable < longest
+        most = math.floor(math.log2(min(longest, bearable) / own_step) + 1e-9)
         least = max(FINEST, math.ceil(math.log2(self.seconds / (MAX_SEARCHED_STEPS * own_step))))
         guesses = dict.fromkeys(SEARCHED, 0)
         for label in LABELS:
@@ -304,6 +306,7 @@ class _LoopBench:
 
         limits = min(least, 0), max(most, 0)
         found = search_settings(run_at, timing_of, guesses, allowed, own_step, limits, must_run=not shipped.failed)
+        found = replace(found, borne=borne)
         if (best := found.best) is None:
             return found, ""
         recipe = edits(best.label, best.timestep)
