@@ -164,3 +164,13 @@ def test_study_of_a_driven_model_follows_the_law_alone() -> None:
     assert study.passed
     assert study.actuators == ()
     assert study.lines[1].startswith("servo = sine:50mm,1Hz: joint lift follows within")
+
+
+def test_study_does_not_pass_with_a_servo_that_is_too_weak() -> None:
+    weight = MASS * GRAVITY
+    weak, strong = (
+        on_slide(SERVO.replace("/>", f' forcerange="{-share * weight} {share * weight}"/>')) for share in (0.1, 10.0)
+    )
+    assert not study_moving(weak, data_at_start(weak, None)[0]).passed
+    # Negative control.
+    assert study_moving(strong, data_at_start(strong, None)[0]).passed
