@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Generic
+
+from rich.text import Text
 
 from conrod.cli import FAILED, say
 from conrod.cli.options import FILE_FIELDS, RUNS, ReportOptions, RunOptions, explicit_options
 from conrod.report.findings import Findings
 from conrod.report.kind import SCENE, F, Kind, Reproduction
+from conrod.report.numbers import in_shown_unit, quantity
 from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
     from conrod.report.folder import ReportFolder
+    from conrod.scenes import Scene
+
+DOUBT = "cannot be trusted"  # in the line that says so of a scene
+MAX_NAMED_MACHINES = 6
+UNDRIVEN = "motion"  # kind of report on machines whose speed nothing keeps
 
 
 @dataclass(frozen=True)
@@ -43,6 +52,7 @@ class Outputs(Generic[F]):
         command: str,
         subjects: Sequence[str] | Mapping[str, str],
         given: Mapping[str, object] = MappingProxyType({}),
+        machines: Mapping[str, Scene] = MappingProxyType({}),
     ) -> None:
         """Print findings, then write all files or none, and print where the report is.
 
@@ -50,8 +60,15 @@ class Outputs(Generic[F]):
             command: verb that makes the report, which the report states.
             subjects: scenes as they were typed, or files by the names of their pages.
             given: further options of the command, by name; None for options that were not given.
+            machines: scenes by name, which the first line names with their speed.
         """
-        print_parts(self.kind.printed(list(found.values())))
+        parts = list(self.kind.printed(list(found.values())))
+        # That figures cannot be trusted is said before anything else.
+        doubts = list(takewhile(lambda part: isinstance(part, Text) and DOUBT in part.plain.lower(), parts))
+        changed = [one.partition("=")[0].strip() for one in getattr(self.asked, "assignments", ())]
+        print_parts(
+            [*doubts, *machine_lines(machines, changed, driven=self.kind.name != UNDRIVEN), *parts[len(doubts) :]]
+        )
         if not (self.folder or self.file or self.html):
             return
         from conrod.execution.writing import single_file, write_together
@@ -76,6 +93,29 @@ class Outputs(Generic[F]):
             say(f"report: {self.html}")
         if self.folder:
             say(f"report: {self.folder / self.kind.first_page(found.parts)}")
+
+
+def machine_lines(machines: Mapping[str, Scene], changed: Collection[str], *, driven: bool = True) -> Iterator[str]:
+    """Name each machine with its speed and the parameters that were changed: 'saw: 500 rpm (52.36 rad/s), rod 310 mm'.
+
+    Args:
+        changed: names of the parameters that the user gave.
+        driven: whether the crank is kept at the scene's speed.
+    """
+    if len(machines) > MAX_NAMED_MACHINES:
+        first = ", ".join([*machines][:MAX_NAMED_MACHINES])
+        yield f"{len(machines)} machines: {first}, .."
+        return
+    for name, scene in machines.items():
+        facts = scene.parameter_facts()
+        rpm, unit = in_shown_unit(scene.speed, "rad/s")
+        words = [f"{rpm} {unit} ({quantity(scene.speed)} rad/s)"] if driven else []
+        words += [
+            " ".join([one, *in_shown_unit(scene.parameters[one], facts[one].unit)]).removesuffix(" -")
+            for one in dict.fromkeys(changed)
+            if one in facts and one != "speed"
+        ]
+        yield f"{name}: {', '.join(words) or scene.title}"
 
 
 def _processes(asked: ReportOptions) -> Any:

@@ -172,7 +172,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
             baseline=asked.baseline,
             accept=asked.accept,
         )
-    files.print_and_write(found, "check", {path.stem: name})
+    files.print_and_write(found, "check", {path.stem: name}, machines=dict([scene]) if asked.assignments else {})
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)
@@ -242,7 +242,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
             )
         else:
             found = check_table(path, scene, **common)
-    files.print_and_write(found, "check", {PART: name})
+    files.print_and_write(found, "check", {PART: name}, machines=dict([scene]) if asked.assignments else {})
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)
@@ -273,7 +273,7 @@ def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -
             units=asked.units,
             tolerance=tolerance_in(asked.tolerance, JUDGED_QUANTITIES),
         )
-    files.print_and_write(found, "check", {PART: str(path)})
+    files.print_and_write(found, "check", {PART: str(path)}, machines=dict([scene]) if asked.assignments else {})
     exit_with_verdict(found)
 
 

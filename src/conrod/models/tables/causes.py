@@ -15,6 +15,7 @@ from conrod.exact.motion import Array
 from conrod.models.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
 from conrod.models.tables.errors import ALL_ERRORS, ERRORS, TableComparison
 from conrod.models.tables.estimation import best_crank_shift, shift_crank
+from conrod.models.tables.lengths import LENGTH, LENGTHS, length_hypotheses
 from conrod.models.tables.link_slips import ANGLE_SLIPS, SPEED_SLIPS, factors_both_ways, link_hypotheses
 from conrod.models.tables.sensors import SENSOR_FAULTS, outlier_hypotheses, sensor_hypotheses
 from conrod.models.tables.slides import Hypothesis, slide_hypotheses
@@ -39,6 +40,10 @@ MAX_STUCK_REMAINING = 0.5
 # Smaller errors are explained only where a tolerance is exceeded: tables are written with about so many digits.
 MIN_NOTEWORTHY_ERROR = 1e-6
 STUCK = "dead sensor"
+MANY_UNKNOWNS = (*SENSOR_FAULTS, LENGTHS)  # kinds that have an unknown in each column, or several
+# Pairs of kinds of which the first replaces the second where it leaves less than this factor of what that leaves.
+AS_GOOD_FACTOR = 2.0
+AS_GOOD_WITH_FEWER = {(LENGTH, "frame"), ("slide offset", LENGTH)}
 # Causes are searched in at most so many evenly spread rows.
 MAX_CAUSE_ROWS = 5_000
 
@@ -155,13 +160,17 @@ def _travel(table: TableComparison, name: str) -> float:
 def _is_beaten(cause: Cause, better: Sequence[Cause]) -> bool:
     """True if other causes explain every error that this cause explains, and leave far less of each.
 
-    A fault of sensors has unknowns in each column, and so fits better by itself: a cause of another kind explains an
-    error as well as it does even if it leaves up to 1 / `FAR_BETTER_FACTOR` times as much.
+    A fault of sensors has unknowns in each column, and so fits better by itself, as two lengths do: a cause of another
+    kind explains an error as well even if it leaves up to 1 / `FAR_BETTER_FACTOR` times as much. Another frame has two
+    or three unknowns: a length that leaves as much is one number, and a slide's offset is said rather than its length.
     """
 
     def beats(other: Cause) -> bool:
-        simpler = cause.kind in SENSOR_FAULTS and other.kind not in SENSOR_FAULTS
-        factor = 1.0 / FAR_BETTER_FACTOR if simpler else FAR_BETTER_FACTOR
+        factor = FAR_BETTER_FACTOR
+        if (other.kind, cause.kind) in AS_GOOD_WITH_FEWER:
+            factor = AS_GOOD_FACTOR
+        elif other.kind not in (*MANY_UNKNOWNS, LENGTH) and cause.kind in MANY_UNKNOWNS:
+            factor = 1.0 / FAR_BETTER_FACTOR
         return _remaining_share(other) < factor * _remaining_share(cause)
 
     return all(any(name in other.explains and beats(other) for other in better) for name in cause.explains)
@@ -190,6 +199,7 @@ def _hypotheses(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypo
         yield from _frame_slips(table)
     yield from _time_slips(table, wrong)
     yield from slide_hypotheses(table)
+    yield from length_hypotheses(table)
     yield from link_hypotheses(table)
     yield from sensor_hypotheses(table)
 

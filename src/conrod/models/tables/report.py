@@ -9,6 +9,7 @@ from typing import Any
 from conrod.exact.link_rotations import ROTATIONS
 from conrod.mechanism.units import unit_in_prose
 from conrod.models.tables.causes import Cause
+from conrod.models.tables.columns import MOTION
 from conrod.models.tables.errors import ALL_ERRORS
 from conrod.models.tables.study import TableStudy
 from conrod.report import numbers
@@ -46,7 +47,8 @@ def verdict_text(study: TableStudy) -> str:
         return distrust_words(study)
     if study.passed is None:
         return "measured, not judged: give --tolerance"
-    unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""
+    unjudged = f"; not judged: {', '.join(_unjudged_words(study))}" if study.unjudged else ""
+    unjudged += "".join(f"; {words}" for words in contradiction_words(study))
     if study.passed:
         found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
         within = (
@@ -57,6 +59,28 @@ def verdict_text(study: TableStudy) -> str:
         return f"within tolerance: {', '.join(within)}{unjudged}"
     scales = {name: scale for name in study.exceeded if (scale := study.judged_scale(name)) is not None}
     return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text, scales))}{unjudged}"
+
+
+def _unjudged_words(study: TableStudy) -> Iterator[str]:
+    """Yield the quantities that are not judged, with their sizes where the table has them."""
+    for words in study.unjudged:
+        name, of, _ = words.partition(" of ")
+        error = name.replace(" ", "_")
+        size = study.largest(error) if error in ALL_ERRORS and not (of and name in MOTION) else None
+        if name == "crank angle" and study.phase is not None:
+            yield f"{words} (off by {numbers.in_degrees(study.phase)} deg)"
+        elif size is None:
+            yield words
+        else:
+            yield f"{words} (off by {_with_size(study, error, numbers.error(error, size), size)})"
+
+
+def contradiction_words(study: TableStudy) -> Iterator[str]:
+    """Say which columns contradict the table's own columns of what they are the rate of."""
+    integrals = {"velocity": "velocities contradict the table's own positions", "acceleration": "accelerations "
+                 "contradict the table's own velocities"}  # fmt: skip
+    for name in study.contradictory:
+        yield f"its {integrals[name]}, whose change is not their integral"
 
 
 def _with_size(study: TableStudy, name: str, text: str, share: float | None) -> str:

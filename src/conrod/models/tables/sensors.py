@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.models.tables.columns import CRANK_ANGLE, MOTION, quantities
 from conrod.models.tables.errors import ERRORS, TableComparison
@@ -30,6 +31,7 @@ MAX_GAIN_ERROR = 0.2  # beyond it is another unit
 MIN_SHARE = 0.05
 SAME_GAIN = 1e-3  # share of a gain's error by which columns of one gain may differ
 STANDARD_GRAVITY, SAME_GRAVITY = 9.80665, 0.01  # [m/s^2], and the share by which it differs over the Earth
+MAX_POSITION_PHASE, SPEED_STEPS = 0.5, 4  # [rad] that a wrong speed may lead to, and steps of its fit, by positions
 MAX_NAMED_COLUMNS = 4  # columns that a cause names
 
 
@@ -143,15 +145,37 @@ def _drift(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
 
 def _crank_speed(table: TableComparison) -> Iterator[Hypothesis]:
     """Undo another constant speed of the crank, by the slope of the table's crank angle."""
-    if CRANK_ANGLE not in table.values:
-        return
-    slope = float(np.polyfit(table.times, table.phases, 1)[0])
+    slope = _speed_error(table)
     speed = table.scene.speed + slope
     if not slope or abs(slope) > MAX_GAIN_ERROR * abs(table.scene.speed):
         return
     undone = replace(table, scene=table.scene.with_parameters(speed=speed))
     own, nominal = (f"{one * 60.0 / (2.0 * np.pi):.6g} rpm" for one in (speed, table.scene.speed))
     yield SPEED, f"the crank turns at {own}, not at {nominal} (--set speed=..)", undone, ERRORS
+
+
+def _speed_error(table: TableComparison) -> float:
+    """Speed of the table's crank minus the scene's [rad/s], by its angle, or else by positions; 0 if it has neither.
+
+    By positions r, in Newton's iteration: the phase is s t, and s -= (r . r' t) / (r' t . r' t).
+    """
+    if CRANK_ANGLE in table.values:
+        return float(np.polyfit(table.times, table.phases, 1)[0])
+    if not table.points("total"):
+        return 0.0
+    slope, limit = 0.0, MAX_POSITION_PHASE / float(np.abs(table.times).max())
+    try:
+        for _ in range(SPEED_STEPS):
+            other = replace(table, scene=table.scene.with_parameters(speed=table.scene.speed + slope))
+            off, form = other.normalised_differences("total"), table.times[:, None] * other.angle_derivatives("total")
+            if not form.any():
+                return 0.0
+            slope -= float(np.sum(off * form) / np.sum(form * form))
+            if abs(slope) > limit:
+                return 0.0
+    except (InvalidInput, ArithmeticError):
+        return 0.0
+    return slope
 
 
 # -- columns -----------------------------------------------------------------------------------------------------------

@@ -13,6 +13,7 @@ from conrod.execution.tolerances import Limit, judged_scale, scale_tolerance, sc
 from conrod.models.tables.causes import MIN_NOTEWORTHY_ERROR, Cause, likely_causes
 from conrod.models.tables.clock import clock_limits
 from conrod.models.tables.columns import TIME, Column, quantities
+from conrod.models.tables.consistency import contradictory_quantities
 from conrod.models.tables.coverage import RMS, check_moving, limited_quantity, still_columns, unjudged_quantities
 from conrod.models.tables.errors import ALL_ERRORS, Errors, TableComparison
 from conrod.models.tables.estimation import Estimate, align_clock, estimate
@@ -43,6 +44,7 @@ class TableStudy:
         tolerance: tolerances asked for, by quantity, and those of the clock that follow; empty if nothing is judged.
         causes: causes that reproduce the errors.
         notes: sentences on what is not judged, or is judged otherwise than expected.
+        contradictory: quantities that contradict the table's own columns of what they are the rate of.
         unjudged: quantities outside the verdict, as `position of M`, `velocity`; empty where nothing is judged.
         distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
         weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
@@ -65,6 +67,7 @@ class TableStudy:
     unjudged: tuple[str, ...]
     distrust: str = ""
     weights: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    contradictory: tuple[str, ...] = ()
 
     @property
     def revolutions(self) -> float:
@@ -150,6 +153,7 @@ def study_table(
         unjudged=unjudged_quantities(table, allowed),
         distrust=misfit_words(reference_misfit(scene)),
         weights=weights,
+        contradictory=contradictory_quantities(table),
     )
     for name in limits:
         if found.largest(name) is None:

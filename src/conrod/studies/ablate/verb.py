@@ -41,5 +41,5 @@ def ablate(scenes: tuple[str, ...], asked: AblateOptions) -> None:
     files = check_outputs(ABLATE_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = ablate(chosen, steps_per_rev=asked.steps_per_rev, rounds=asked.rounds, engines=asked.engine, runs=runs)
-    files.print_and_write(found, "ablate", scenes)
+    files.print_and_write(found, "ablate", scenes, machines=chosen)
     exit_with_verdict(found)

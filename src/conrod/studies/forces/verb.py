@@ -51,5 +51,5 @@ def forces(scenes: tuple[str, ...], asked: ForcesOptions) -> None:
             accept=asked.accept,
             runs=runs,
         )
-    files.print_and_write(found, "forces", scenes)
+    files.print_and_write(found, "forces", scenes, machines=chosen)
     exit_with_verdict(found)

@@ -52,5 +52,5 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
             accept=asked.accept,
             runs=runs,
         )
-    files.print_and_write(found, "free", scenes)
+    files.print_and_write(found, "free", scenes, machines=chosen)
     exit_with_verdict(found)

@@ -56,7 +56,7 @@ def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
         found = limits(chosen, axes=asked.axes, span=span, engines=asked.engine, preset=asked.preset, runs=runs)
     # Limits of a run are given too: they decide how some end.
     ended = {"--cell-timeout": asked.cell_timeout, "--cell-memory": asked.cell_memory}
-    files.print_and_write(found, "limits", scenes, ended)
+    files.print_and_write(found, "limits", scenes, ended, machines=chosen)
     exit_with_verdict(found)
 
 

@@ -48,7 +48,7 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
     files = check_outputs(SWEEP_REPORT, chosen, asked)
     with asked.runs() as runs:
         found = sweep(chosen, grid=asked.grid, engines=asked.engine, runs=runs)
-    files.print_and_write(found, "sweep", scenes)
+    files.print_and_write(found, "sweep", scenes, machines=chosen)
     exit_with_verdict(found)
 
 
@@ -101,7 +101,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     with asked.runs() as runs:
         answers = cheapest_settings((name, chosen), tolerance, engines=engines, runs=runs)
     found = findings_of((name, chosen), tolerance, answers)
-    files.print_and_write(found, "recommend", (scene,))
+    files.print_and_write(found, "recommend", (scene,), machines={name: chosen})
     qualified = [one.rounded_settings for one in answers if isinstance(one, Recommendation)]
     trusted = not found.study.distrust
     settings = next((one for one in qualified if trusted and one.engine in writers), None)

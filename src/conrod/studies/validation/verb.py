@@ -75,7 +75,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
             cost_ratio=asked.cost_ratio,
             runs=runs,
         )
-    files.print_and_write(found, "validate", scenes)
+    files.print_and_write(found, "validate", scenes, machines=chosen)
     if dossier:
         dossier.write(found)
     exit_with_verdict(found)

@@ -56,7 +56,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     files = check_outputs(VERSIONS_REPORT, [engine], asked)
     with asked.runs() as runs:
         found = versions(engine, chosen, releases=names_in(asked.versions), costs=asked.costs, runs=runs)
-    files.print_and_write(found, "versions", {engine: engine}, {"": scenes})
+    files.print_and_write(found, "versions", {engine: engine}, {"": scenes}, machines=chosen)
     exit_with_verdict(found)
 
 

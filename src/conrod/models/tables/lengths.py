@@ -1,0 +1,137 @@
+"""Lengths of the machine that a table was not made with, fitted to it: one, or two where no one suffices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from conrod.errors import InvalidInput
+from conrod.exact.motion import Array
+from conrod.models.tables.errors import ALL_ERRORS, TableComparison
+from conrod.models.tables.slides import EXPLAINED_SHARE, Hypothesis
+
+LENGTH, LENGTHS = "length", "lengths"  # kinds of causes, of one number and of two
+MAX_FIT_ROWS = 240  # evenly spread rows that lengths are fitted to
+PROBE_SIZE = 1e-5  # of the machine's size, by which a length is changed to see its effect
+MAX_LENGTH_CHANGE = 0.5  # of the machine's size: beyond it is another machine
+MAX_FITTED = 3  # sets of lengths that are fitted, the most likely first
+MAX_PAIRED_LENGTHS = 12  # of a machine of which pairs are tried
+GAUSS_NEWTON_STEPS, SMALL_STEP = 6, 1e-9  # and the share of the machine's size that ends them
+ALIKE_FACTOR = 2.0  # lengths that leave so many times as much as the best cannot be told from it
+
+
+def length_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
+    """Undo the length that explains a table best, and where none does, the two lengths that do."""
+    name = next((one for one in ("position", "velocity", "acceleration") if table.points(one)), None)
+    if name is None:
+        return
+    search = _LengthSearch(table.thin_rows(MAX_FIT_ROWS), name)
+    size = float(np.linalg.norm(search.start))
+    for kind, count in ((LENGTH, 1), (LENGTHS, 2)):
+        names = list(search.slopes)
+        if len(names) < count or (count > 1 and len(names) > MAX_PAIRED_LENGTHS):
+            return
+        fits = [one for some in search.most_likely(count) if (one := search.fit(some)) is not None]
+        if not fits:
+            continue
+        least = min(left for _, left in fits)
+        if least > EXPLAINED_SHARE * size:
+            continue
+        ranked = sorted(fits, key=lambda one: one[1])
+        words = [search.words(values) for values, left in ranked if left <= ALIKE_FACTOR * least + 1e-12 * size]
+        text = words[0] if len(words) == 1 else f"{words[0]} (or {', or '.join(words[1:])})"
+        scene = table.scene.with_parameters(**ranked[0][0])
+        yield kind, text, replace(table, scene=scene), ALL_ERRORS
+        return
+
+
+@dataclass(frozen=True)
+class _LengthSearch:
+    """A table of few rows, and the error that lengths are fitted to."""
+
+    table: TableComparison
+    name: str
+
+    @cached_property
+    def size(self) -> float:
+        """Largest length of the machine [m]."""
+        scene = self.table.scene
+        return max(abs(scene.parameters[one]) for one, facts in scene.parameter_facts().items() if facts.unit == "m")
+
+    @cached_property
+    def start(self) -> Array:
+        """Differences (N,) of the table from the machine as it is, normalised."""
+        return self.differences({})
+
+    def differences(self, values: dict[str, float]) -> Array:
+        """Differences (N,) of the table from the machine with other lengths [m], over the sizes of the usual one."""
+        scene = self.table.scene.with_parameters(**values) if values else self.table.scene
+        other = replace(self.table, scene=scene)
+        parts = [
+            other.difference(self.name, point) / self.table.normalising_size(self.name, point)
+            for point in self.table.points(self.name)
+        ]
+        return np.column_stack(parts).ravel()
+
+    @cached_property
+    def slopes(self) -> dict[str, Array]:
+        """Derivatives (N,) of the differences by each length that can be changed and matters [1/m]."""
+        found = dict[str, Array]()
+        lengths = [one for one, facts in self.table.scene.parameter_facts().items() if facts.unit == "m"]
+        for name in lengths:
+            try:
+                slope = self.slope(name, {name: self.table.scene.parameters[name]})
+            except (InvalidInput, ArithmeticError, np.linalg.LinAlgError):
+                continue
+            if np.linalg.norm(slope) > 0.0:
+                found[name] = slope
+        return found
+
+    def slope(self, name: str, values: dict[str, float]) -> Array:
+        """Derivative (N,) of the differences by a length [1/m], by a central difference at given lengths."""
+        probe = PROBE_SIZE * self.size
+        ends = [self.differences(values | {name: values[name] + by}) for by in (probe, -probe)]
+        return np.asarray((ends[0] - ends[1]) / (2.0 * probe))
+
+    def most_likely(self, count: int) -> list[tuple[str, ...]]:
+        """Sets of so many lengths that explain most of the differences, to first order."""
+
+        def left(names: tuple[str, ...]) -> float:
+            form = np.column_stack([self.slopes[name] for name in names])
+            return float(np.linalg.norm(self.start - form @ np.linalg.lstsq(form, self.start, rcond=None)[0]))
+
+        return sorted(combinations(self.slopes, count), key=left)[:MAX_FITTED]
+
+    def fit(self, names: Sequence[str]) -> tuple[dict[str, float], float] | None:
+        """Fit some lengths by Gauss-Newton, p -= r / (dr/dp); return them [m] and what they leave, or None."""
+        usual = {name: self.table.scene.parameters[name] for name in names}
+        values = dict(usual)
+        try:
+            off = self.start
+            for step in range(GAUSS_NEWTON_STEPS):
+                slopes = [self.slopes[name] if step == 0 else self.slope(name, values) for name in names]
+                by, _, rank, _ = np.linalg.lstsq(np.column_stack(slopes), off, rcond=1e-6)
+                if rank < len(names):
+                    return None
+                values = {name: values[name] - float(one) for name, one in zip(names, by, strict=True)}
+                if any(abs(values[name] - usual[name]) > MAX_LENGTH_CHANGE * self.size for name in names):
+                    return None
+                off = self.differences(values)
+                if float(np.abs(by).max()) <= SMALL_STEP * self.size:
+                    break
+        except (InvalidInput, ArithmeticError, np.linalg.LinAlgError):
+            return None  # the changed machine cannot be assembled, or does not come to where the crank would be
+        return values, float(np.linalg.norm(off))
+
+    def words(self, values: dict[str, float]) -> str:
+        """Say how far lengths are off: 'rod is 0.1 % too long: 300.3 mm instead of 300 mm'."""
+        from conrod.models.check.identity import FoundLength
+        from conrod.models.check.report import length_words
+
+        return " and ".join(
+            length_words(FoundLength(name, self.table.scene.parameters[name], found)) for name, found in values.items()
+        )
