@@ -66,7 +66,12 @@ SLICES = (
         reports={"model": "report.MODEL_REPORT"},
         uses=("studies.validation",),
     ),
-    Slice("models.tables", functions={"check_table": "api"}, reports={"trajectory": "report.TABLE_REPORT"}),
+    Slice(
+        "models.tables",
+        functions={"check_table": "api"},
+        reports={"trajectory": "report.TABLE_REPORT"},
+        uses=("models.check",),
+    ),
     Slice(
         "models.torque_runs",
         functions={"check_torque_run": "api"},

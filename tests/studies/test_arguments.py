@@ -16,7 +16,6 @@ from conrod.execution.resolve_arguments import (
     EngineLeftOut,
     arguments_of_files,
     check_sample_count,
-    check_tolerance,
     choose_engines,
     engine_names_given,
     is_mechanism_file,
@@ -33,6 +32,7 @@ from conrod.execution.resolve_arguments import (
     select_scenes,
 )
 from conrod.execution.result import Plan
+from conrod.execution.tolerances import check_tolerance
 from conrod.scenes import CATALOGUE, SCENES, catalogue_text
 
 MUJOCO, PYMUNK = engine_named("mujoco"), engine_named("pymunk")

@@ -15,7 +15,7 @@ from conrod.exact.motion import Array
 from conrod.models.tables.columns import AXES, CRANK, CRANK_ANGLE, TIME
 from conrod.models.tables.errors import ALL_ERRORS, ERRORS, TableComparison
 from conrod.models.tables.estimation import best_crank_shift, shift_crank
-from conrod.models.tables.lengths import LENGTH, LENGTHS, length_hypotheses
+from conrod.models.tables.lengths import GROUND_POINT, LENGTH, LENGTHS, length_hypotheses
 from conrod.models.tables.link_slips import ANGLE_SLIPS, SPEED_SLIPS, factors_both_ways, link_hypotheses
 from conrod.models.tables.sensors import SENSOR_FAULTS, outlier_hypotheses, sensor_hypotheses
 from conrod.models.tables.slides import Hypothesis, slide_hypotheses
@@ -43,7 +43,12 @@ STUCK = "dead sensor"
 MANY_UNKNOWNS = (*SENSOR_FAULTS, LENGTHS)  # kinds that have an unknown in each column, or several
 # Pairs of kinds of which the first replaces the second where it leaves less than this factor of what that leaves.
 AS_GOOD_FACTOR = 2.0
-AS_GOOD_WITH_FEWER = {(LENGTH, "frame"), ("slide offset", LENGTH)}
+AS_GOOD_WITH_FEWER = {
+    (LENGTH, "frame"),
+    ("frame", GROUND_POINT),
+    ("slide offset", LENGTH),
+    ("slide offset", GROUND_POINT),
+}
 # Causes are searched in at most so many evenly spread rows.
 MAX_CAUSE_ROWS = 5_000
 
@@ -162,14 +167,15 @@ def _is_beaten(cause: Cause, better: Sequence[Cause]) -> bool:
 
     A fault of sensors has unknowns in each column, and so fits better by itself, as two lengths do: a cause of another
     kind explains an error as well even if it leaves up to 1 / `FAR_BETTER_FACTOR` times as much. Another frame has two
-    or three unknowns: a length that leaves as much is one number, and a slide's offset is said rather than its length.
+    or three unknowns: a length that leaves as much is one number. A slide's offset is said rather than its length, and
+    a frame rather than points of the ground.
     """
 
     def beats(other: Cause) -> bool:
         factor = FAR_BETTER_FACTOR
         if (other.kind, cause.kind) in AS_GOOD_WITH_FEWER:
             factor = AS_GOOD_FACTOR
-        elif other.kind not in (*MANY_UNKNOWNS, LENGTH) and cause.kind in MANY_UNKNOWNS:
+        elif other.kind not in (*MANY_UNKNOWNS, LENGTH, GROUND_POINT) and cause.kind in MANY_UNKNOWNS:
             factor = 1.0 / FAR_BETTER_FACTOR
         return _remaining_share(other) < factor * _remaining_share(cause)
 

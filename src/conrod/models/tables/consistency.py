@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -58,4 +59,4 @@ def _integral(values: Array, times: Array) -> Array:
 
 def _noise(values: Array) -> float:
     """Standard deviation of the noise of a smooth series (T,), from its third differences, whose variance is 20 s^2."""
-    return float(np.median(np.abs(np.diff(values, 3)))) / 0.6745 / 20.0**0.5
+    return float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * math.sqrt(20.0))

@@ -15,6 +15,7 @@ from conrod.models.tables.errors import ALL_ERRORS, TableComparison
 from conrod.models.tables.slides import EXPLAINED_SHARE, Hypothesis
 
 LENGTH, LENGTHS = "length", "lengths"  # kinds of causes, of one number and of two
+GROUND_POINT, GROUND = "ground point", "ground."  # kind of a coordinate of the ground, and how its name begins
 MAX_FIT_ROWS = 240  # evenly spread rows that lengths are fitted to
 PROBE_SIZE = 1e-5  # of the machine's size, by which a length is changed to see its effect
 MAX_LENGTH_CHANGE = 0.5  # of the machine's size: beyond it is another machine
@@ -45,7 +46,8 @@ def length_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
         words = [search.words(values) for values, left in ranked if left <= ALIKE_FACTOR * least + 1e-12 * size]
         text = words[0] if len(words) == 1 else f"{words[0]} (or {', or '.join(words[1:])})"
         scene = table.scene.with_parameters(**ranked[0][0])
-        yield kind, text, replace(table, scene=scene), ALL_ERRORS
+        on_ground = count == 1 and next(iter(ranked[0][0])).startswith(GROUND)
+        yield GROUND_POINT if on_ground else kind, text, replace(table, scene=scene), ALL_ERRORS
         return
 
 
