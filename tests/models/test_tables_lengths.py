@@ -91,7 +91,7 @@ def test_accelerations_that_contradict_velocities_are_named() -> None:
     assert "its accelerations contradict the table's own velocities" in found.verdict
     whole = check(values)
     assert "contradict" not in whole.verdict
-    assert "velocity (off by < 1e-12" in whole.verdict
+    assert "velocity (off by < 1e-12, <" in whole.verdict
 
 
 def healthy_tables() -> dict[str, dict[str, Any]]:

@@ -63,7 +63,9 @@ def test_noise_that_hides_which_it_is_has_both_said(tmp_path: Path) -> None:
 
 
 def test_a_rod_of_another_length_is_no_slide(tmp_path: Path) -> None:
-    assert study_of(slider_crank(rod="561 mm"), POINTS, tmp_path).causes == ()
+    (cause,) = study_of(slider_crank(rod="561 mm"), POINTS, tmp_path).causes
+    assert cause.kind == "length"
+    assert cause.text == "bodies.rod.points.B.x is 0.18 % too long: 561 mm instead of 560 mm"
 
 
 def test_a_machine_without_a_slide_on_the_ground_has_none_fitted(tmp_path: Path) -> None:

@@ -110,10 +110,16 @@ def with_size(text: str, name: str, share: float, scale: float | None) -> str:
         name: what the error or tolerance is of.
         scale: SI size of a share of 1; None where it is not known.
     """
+    size = size_text(name, share, scale)
+    return f"{text} ({size})" if size else text
+
+
+def size_text(name: str, share: float, scale: float | None) -> str:
+    """Return the size of a share in its unit, `0.021 mm`; empty where it has none, see `with_size`."""
     if scale is None or name not in SIZES_BESIDE_SHARES:
-        return text
+        return ""
     unit, factor = SIZES_BESIDE_SHARES[name]
-    return f"{text} ({scaled_text(share, factor * scale)} {unit})"
+    return f"{scaled_text(share, factor * scale)} {unit}"
 
 
 def lengths(travels: Mapping[str, float]) -> str:

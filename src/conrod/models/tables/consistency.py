@@ -48,7 +48,7 @@ def _missed_changes(table: TableComparison, of: str, rate: str) -> Iterator[tupl
             )
             missed = np.abs(off - off[0] - _integral(off_rate, table.times)).max() / size
             step, count = float(np.median(np.diff(table.times))), len(table.times)
-            noise = NOISE_FACTOR * (2.0 * _noise(off) + step * np.sqrt(count) * _noise(off_rate)) / size
+            noise = NOISE_FACTOR * (2.0 * noise_of(off) + step * np.sqrt(count) * noise_of(off_rate)) / size
             yield float(missed), MAX_MISSED_CHANGE + noise
 
 
@@ -57,6 +57,6 @@ def _integral(values: Array, times: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(times))])
 
 
-def _noise(values: Array) -> float:
+def noise_of(values: Array) -> float:
     """Standard deviation of the noise of a smooth series (T,), from its third differences, whose variance is 20 s^2."""
     return float(np.median(np.abs(np.diff(values, 3)))) / (0.6745 * math.sqrt(20.0))

@@ -11,6 +11,7 @@ import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.models.tables.consistency import noise_of
 from conrod.models.tables.errors import ALL_ERRORS, TableComparison
 from conrod.models.tables.slides import EXPLAINED_SHARE, Hypothesis
 
@@ -20,8 +21,11 @@ MAX_FIT_ROWS = 240  # evenly spread rows that lengths are fitted to
 PROBE_SIZE = 1e-5  # of the machine's size, by which a length is changed to see its effect
 MAX_LENGTH_CHANGE = 0.5  # of the machine's size: beyond it is another machine
 MAX_FITTED = 3  # sets of lengths that are fitted, the most likely first
+MAX_LENGTHS = 20  # of a machine whose coordinates that are 0 are doubted as well
 MAX_PAIRED_LENGTHS = 12  # of a machine of which pairs are tried
 GAUSS_NEWTON_STEPS, SMALL_STEP = 6, 1e-9  # and the share of the machine's size that ends them
+SMOOTH_SHARE = 0.01  # share of the differences that a length may leave but for noise: other slips look alike to 5 %
+MAX_NOISE_FACTOR = 1.5  # of the noise of what is left, up to which it is nothing but noise
 ALIKE_FACTOR = 2.0  # lengths that leave so many times as much as the best cannot be told from it
 
 
@@ -40,9 +44,9 @@ def length_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
         if not fits:
             continue
         least = min(left for _, left in fits)
-        if least > EXPLAINED_SHARE * size:
-            continue
         ranked = sorted(fits, key=lambda one: one[1])
+        if least > EXPLAINED_SHARE * size or (least > SMOOTH_SHARE * size and not search.is_noise(ranked[0][0])):
+            continue
         words = [search.words(values) for values, left in ranked if left <= ALIKE_FACTOR * least + 1e-12 * size]
         text = words[0] if len(words) == 1 else f"{words[0]} (or {', or '.join(words[1:])})"
         scene = table.scene.with_parameters(**ranked[0][0])
@@ -81,12 +85,14 @@ class _LengthSearch:
 
     @cached_property
     def slopes(self) -> dict[str, Array]:
-        """Derivatives (N,) of the differences by each length that can be changed and matters [1/m]."""
-        found = dict[str, Array]()
+        """Derivatives (N,) of the differences by each length that can be changed and matters [1/m], one-sided."""
+        found, probe = dict[str, Array](), PROBE_SIZE * self.size
         lengths = [one for one, facts in self.table.scene.parameter_facts().items() if facts.unit == "m"]
+        if len(lengths) > MAX_LENGTHS:
+            lengths = [one for one in lengths if self.table.scene.parameters[one] != 0.0]
         for name in lengths:
             try:
-                slope = self.slope(name, {name: self.table.scene.parameters[name]})
+                slope = (self.differences({name: self.table.scene.parameters[name] + probe}) - self.start) / probe
             except (InvalidInput, ArithmeticError, np.linalg.LinAlgError):
                 continue
             if np.linalg.norm(slope) > 0.0:
@@ -128,6 +134,12 @@ class _LengthSearch:
         except (InvalidInput, ArithmeticError, np.linalg.LinAlgError):
             return None  # the changed machine cannot be assembled, or does not come to where the crank would be
         return values, float(np.linalg.norm(off))
+
+    def is_noise(self, values: dict[str, float]) -> bool:
+        """True if what lengths leave is no smooth series of time: its size is that of its third differences' noise."""
+        left = self.differences(values).reshape(len(self.table.times), -1)
+        noise = [noise_of(column) for column in left.T]
+        return float(np.sqrt(np.mean(left**2))) <= MAX_NOISE_FACTOR * float(np.sqrt(np.mean(np.square(noise))))
 
     def words(self, values: dict[str, float]) -> str:
         """Say how far lengths are off: 'rod is 0.1 % too long: 300.3 mm instead of 300 mm'."""

@@ -72,7 +72,8 @@ def _unjudged_words(study: TableStudy) -> Iterator[str]:
         elif size is None:
             yield words
         else:
-            yield f"{words} (off by {_with_size(study, error, numbers.error(error, size), size)})"
+            sizes = (numbers.measured_text(size), numbers.size_text(error, size, study.judged_scale(error)))
+            yield f"{words} (off by {', '.join(filter(None, sizes))})"
 
 
 def contradiction_words(study: TableStudy) -> Iterator[str]:
