@@ -175,6 +175,7 @@ def test_an_anchor_that_is_off_its_parts_is_named() -> None:
     assert not found.passed
     assert "pin holds rocker at a point 331 mm from its nearest geom: the parts do not meet" in finding(found)
     assert next_step(found).startswith("connect sites where the parts meet, then conrod check")
+    assert "not judged: its parts do not meet" in said(found, "exact")
 
 
 def test_a_start_outside_ranges_has_a_pose_inside(tmp_path: Path, judged: None) -> None:
@@ -184,6 +185,7 @@ def test_a_start_outside_ranges_has_a_pose_inside(tmp_path: Path, judged: None) 
     assert found.closing.start.inside in next_step(found)
     # The drive begins in the pose inside, too.
     assert found.drives["length"].startswith("move:352mm")
+    assert "its start is folded: the motion starts from the nearest closed pose" in said(found, "exact")
     assert found.motion is not None
     assert "femur at 0 deg" in found.motion.moved_start
 

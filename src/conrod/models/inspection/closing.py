@@ -22,7 +22,7 @@ from conrod.mjcf.reading import tree_of
 from conrod.mjcf.start import open_start, pose_words
 from conrod.mjcf.unit_of_length import coordinate_powers
 from conrod.models.inspection.results import Closing, PoseOpening
-from conrod.models.loops.ranges import closed_pose_inside, outside_words
+from conrod.models.loops.ranges import closed_pose_inside, is_folded, outside_words
 
 MAX_KEYFRAMES = 20  # that are looked at; simulations save hundreds of them
 NUDGE = 0.05  # [rad, or m over the extent]: how far beside a pose it is looked whether the closures allow less there
@@ -83,14 +83,12 @@ def _pose_opening(
         closed,
         outside,
         "" if inside is None else pose_words(scale * inside[:, 0]),
-        is_start and is_singular(machine, tree.start[:, None] if ajar is None else inside),
+        is_start and (is_singular(machine, tree.start[:, None]) if inside is None else is_folded(machine, inside)),
     )
 
 
-def is_singular(machine: DrivenTree, pose: Array | None) -> bool:
-    """True if the closures have a lower rank in a closed pose (nq, 1) than in closed poses beside it."""
-    if pose is None:
-        return False
+def is_singular(machine: DrivenTree, pose: Array) -> bool:
+    """True if the closures have a lower rank in a pose (nq, 1) than in closed poses beside it."""
     here = closure_rank(machine, pose)
     return any(closure_rank(machine, beside) > here for beside in _poses_beside(machine, pose))
 

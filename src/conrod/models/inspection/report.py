@@ -19,6 +19,7 @@ from conrod.report.terminal import PrintedPart, verdict_line
 
 MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
+START_MOVED = "the motion starts from"
 MAX_ALARMS = 2  # of actuators in the first sentences
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
 
@@ -26,7 +27,11 @@ MAX_NAMED = 4  # closures, poses or parts named in a sentence
 def finding(study: Inspection) -> str:
     """Return the answer in a few sentences: whether it loads, closes and moves, and what is wrong with it."""
     closing = study.closing
-    said = "It loads" + (" and closes." if closing.passed and closing.start.gaps else ".")
+    reached = _reached_words(study)
+    if not closing.start.gaps:
+        said = f"It loads{', and' if reached else ''}{reached}."
+    else:
+        said = f"It loads and closes{', and' if reached else ''}{reached}."
     if not closing.passed:
         start = closing.start
         what = closing.remarks[-1] if closing.apart else f"{start.worst} is open by {in_mm(start.largest)}"
@@ -37,7 +42,7 @@ def finding(study: Inspection) -> str:
         sentences.append(f"And {_counted(len(more), 'more alarm')} of its actuators.")
     if not study.loading.joints or (not study.moving.passed and not study.moving.alarms):
         sentences.append("Nothing of it can move.")
-    if study.motion is not None and study.motion.own.errors:
+    if closing.passed and study.motion is not None and study.motion.own.errors:
         off = in_mm(study.motion.own.errors["position"])
         sentences.append(f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings.")
     if any(one.rule == "nothing-moves" for one in study.findings):
@@ -45,6 +50,15 @@ def finding(study: Inspection) -> str:
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
         sentences.append(f"Lint has {_counted(len(errors), 'error')}: {_listed(errors)}.")
     return " ".join(sentences)
+
+
+def _reached_words(study: Inspection) -> str:
+    """Say that actuators reach what they are commanded to; empty where one does not, or none was tried so."""
+    tried = [one for one in study.moving.actuators if one.responses]
+    if not tried or study.moving.alarms:
+        return ""
+    many = f" its {len(tried)} actuators reach what they are told"
+    return f" its actuator {tried[0].name} reaches what it is told" if len(tried) == 1 else many
 
 
 # -- the six sections --------------------------------------------------------------------------------------------------
@@ -121,7 +135,10 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     others = [f"{run.label} {in_mm(run.errors['position'])}" for run in motion.runs[1:] if run.errors]
     if others:
         yield f"at the same step: {', '.join(others)}"
-    yield from filter(None, (motion.moved_start, study.not_judged))
+    # Which joints are outside their ranges is said before.
+    folded = "its start is folded: " if ", and is folded:" in motion.moved_start else ""
+    moved = folded + "".join(motion.moved_start.partition(START_MOVED)[1:])
+    yield from filter(None, (moved, study.not_judged))
 
 
 def _setting_lines(study: Inspection) -> Iterator[str]:
@@ -203,8 +220,7 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
         yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
         yield ""
         for question, lines in sections(study):
-            yield f"{question:<18}{lines[0]}"
-            yield from (f"{'':<18}{line}" for line in lines[1:])
+            yield from (question, *(f"  {line}" for line in lines))
         for what, text in settings_to_paste(study):
             yield from ("", f"{what}:", Verbatim(text))
         yield from ("", f"next: {next_step(study)}", "")

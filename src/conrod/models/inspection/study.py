@@ -49,6 +49,8 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
             model, start_pose(model, question), pose_inside(closing, model, question.unit)
         )
     motion = None
+    if closing.apart:
+        drives, not_judged = {}, "its parts do not meet, so that it is another machine"
     if drives:
         try:
             motion = judge_motion(path, question, drives, name, largest_step(model, moving))
