@@ -29,6 +29,7 @@ MIN_RELATIVE_BAND = (
 )  # of a number, or of 1, which errors are differences of numbers of: a band is never narrower
 ERROR_FLOOR = 1e-12  # normalised errors below it are rounding, and count as it
 ORDER_PREFIX = "order of "
+PATH = "path"  # how far a body goes in a run: no error, so that more is neither better nor worse
 MAX_NAMED_DIFFERENCES = 3  # differences that a message has room for
 
 
@@ -304,8 +305,8 @@ def _result_drifts(name: str, before: Baseline, now: Baseline) -> Iterator[Drift
         common = was.settings.keys() & own.settings.keys()
         settings = ({name: value for name, value in one.settings.items() if name in common} for one in (was, own))
         yield from (Drift(name, *differing) for differing in _differences(*settings))
-        # Links' rotations are in no baseline that was written before they were compared.
-        younger = set(ROTATIONS) - was.numbers.keys()
+        # Links' rotations and paths are in no baseline that was written before they were compared.
+        younger = {*ROTATIONS, PATH} - was.numbers.keys()
         for what in (name for name in {**was.numbers, **own.numbers} if name not in younger):
             yield from _number_drift(name, what, was.numbers.get(what), own.numbers.get(what))
 
@@ -315,10 +316,10 @@ def _number_drift(name: str, what: str, was: BandedNumber | None, now: BandedNum
         there = ["none" if one is None else f"{one.value:.3g}" for one in (was, now)]
         yield Drift(name, what, there[0], there[1])
         return
-    is_order = what.startswith(ORDER_PREFIX)
-    floor = -math.inf if is_order else ERROR_FLOOR
+    is_error = not what.startswith(ORDER_PREFIX) and what != PATH
+    floor = ERROR_FLOOR if is_error else -math.inf
     change = max(now.value, floor) - max(was.value, floor)
     if abs(change) > was.band:
         shown = min(17, max(2, _decimal_exponent(was.value) - _decimal_exponent(change) + 1))
-        digits, better = math.log10(abs(change) / was.band), None if is_order else change < 0.0
+        digits, better = math.log10(abs(change) / was.band), change < 0.0 if is_error else None
         yield Drift(name, what, f"{was.value:.{shown}g}", f"{now.value:.{shown}g}", digits, better)

@@ -238,7 +238,7 @@ def shipped_run(
     """Run the file as it is, with the controls of its start."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
     driven = bool(np.any(data.ctrl) or np.any(data.qvel))
-    rates, gaps, watch = list[Array](), dict[str, float](), ForceWatch(model)
+    rates, gaps, watch, places = list[Array](), dict[str, float](), ForceWatch(model), list[Array]()
 
     def record(done: int) -> None:
         rates.append(data.qvel.copy())
@@ -246,6 +246,7 @@ def shipped_run(
             watch.sample(data)
             mujoco.mj_setState(model, aside, state_of(model, data), STATE)
             mujoco.mj_fwdPosition(model, aside)
+            places.append(aside.xpos.copy())
             for name, gap in closure_violations(tree, model, aside).items():
                 gaps[name] = max(gap, gaps.get(name, 0.0))
 
@@ -257,7 +258,11 @@ def shipped_run(
     elif gaps and max(gaps.values()) > MAX_JOINT_GAP * max(travel, tree.extent):
         outcome, reason = Outcome.OPENED, widest_opening_words(gaps)
     chatter = None if reason else _chatter(tree, model, np.array(rates))
-    return ShippedRun(start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven, watch.found)
+    paths = np.linalg.norm(np.diff(places, axis=0), axis=2).sum(axis=0) if len(places) > 1 else np.zeros(1)
+    return ShippedRun(
+        start, seconds, outcome, reason, max(gaps.values(), default=0.0), chatter, driven, watch.found,
+        path=float(paths.max()),
+    )  # fmt: skip
 
 
 def _chatter(tree: SpatialTree, model: mujoco.MjModel, rates: Array) -> tuple[str, float] | None:

@@ -163,6 +163,7 @@ class ShippedRun:
         driven: whether it starts with a control or a rate that is not 0: without, nothing but weight moves it.
         acting: as in `LoopRun`.
         laws: differences from the laws of the drives; unknown for a run that nothing drives.
+        path: longest path [m] of a body, through the samples of the run.
     """
 
     start: str
@@ -174,6 +175,7 @@ class ShippedRun:
     driven: bool = True
     acting: tuple[OtherForce, ...] = ()
     laws: LawComparison = LawComparison()
+    path: float = 0.0
 
     @property
     def failed(self) -> bool:

@@ -50,6 +50,26 @@ def test_driven_loops_keep_to_their_baseline_or_drift(tmp_path: Path) -> None:
         check_loops(mujoco.MjModel.from_xml_string(four_bar()), drives={"crank": "50rpm"}, baseline=file)
 
 
+@pytest.mark.slow
+def test_own_run_that_goes_elsewhere_is_a_drift(tmp_path: Path) -> None:
+    # Loops open as they did, to the last digits; the motor of the newer model is a thousandth stronger.
+    def model(gear: float) -> str:
+        motor = f'<actuator><motor name="motor" joint="crank" gear="{gear}"/></actuator>'
+        return four_bar().replace("</mujoco>", f"{motor}</mujoco>")
+
+    file = tmp_path / "bar.json"
+    assert judged(file, model(0.1), controls={"motor": 1.0}).written
+    assert judged(file, model(0.1), controls={"motor": 1.0}).text == ""
+    drifts = judged(file, model(0.1001), controls={"motor": 1.0}).drifts
+    (path,) = [drift for drift in drifts if drift.what == "path"]
+    assert (path.result, path.better) == ("its own run", None)
+    # A baseline that was written before paths were kept has none, and holds.
+    values = json.loads(file.read_bytes())
+    del values["results"]["its own run"]["numbers"]["path"]
+    file.write_text(json.dumps(values), encoding="utf-8")
+    assert judged(file, model(0.1), controls={"motor": 1.0}).passed
+
+
 def test_free_motion_keeps_to_its_baseline_or_drifts(tmp_path: Path) -> None:
     file = tmp_path / "pendulum.json"
 

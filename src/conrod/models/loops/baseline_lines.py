@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from conrod.execution.baseline import ORDER_PREFIX, BaselineLine
+from conrod.execution.baseline import ORDER_PREFIX, PATH, BaselineLine
 from conrod.execution.baseline_check import baseline_line
 from conrod.mjcf.loop_results import LOOPS, OWN, LoopRun, LoopStudy
 
@@ -24,7 +24,9 @@ def _lines(study: LoopStudy) -> dict[str, BaselineLine]:
         "kinematics": baseline_line("completed", study.agrees and study.is_machine, study.kinematic),
         # The gap of a run that chatters, or comes apart, is no number that rounding leaves as it is.
         "its own run": baseline_line(
-            shipped.outcome.slug, not study.shipped_failed, {} if shipped.failed else {LOOPS: shipped.gap}
+            shipped.outcome.slug,
+            not study.shipped_failed,
+            {} if shipped.failed else {LOOPS: shipped.gap, PATH: shipped.path},
         ),
     }
     return lines | {f"driven, {run.label}": _run_line(study, run) for run in study.runs}
