@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -49,11 +50,16 @@ def examine_closing(model: mujoco.MjModel, keyframe: str | None, unit: float = 1
 
 
 def tree_at(model: mujoco.MjModel, pose: Array) -> SpatialTree | None:
-    """The spatial tree of a model in a pose (nq,); None where closures are of no rigid bodies."""
+    """The spatial tree of a model in a pose (nq,), without handles; None where closures are of no rigid bodies.
+
+    A weld to a mocap body drags a part after the mouse, and is no loop that a pose has to close.
+    """
     try:
-        return tree_of(model, pose)
+        tree = tree_of(model, pose)
     except InvalidInput:
         return None
+    handles = {closure_name(model, k) for k in handle_indices(model)}
+    return replace(tree, closures=tuple(one for one in tree.closures if one.name not in handles))
 
 
 def _pose_opening(
