@@ -72,6 +72,19 @@ def test_sag_of_servo_is_weight_over_gain(healthy: ActuatorResult) -> None:
     assert weightless.sag == pytest.approx(0.0, abs=1e-9)
 
 
+def test_slow_servo_is_said_to_move_on() -> None:
+    # A time constant kv / kp of 2.5 s, in a trial of 4 s: exp(-1.6) of the first move is left.
+    slow = try_one(servo(f'kv="{2.5 * KP}"', 'integrator="implicitfast" gravity="0 0 0"'))
+    first = slow.responses[0]
+    assert first.seconds == pytest.approx(4.0)
+    assert first.missing_share == pytest.approx(math.exp(-1.6), rel=0.1)
+    (alarm,) = slow.alarms
+    assert alarm.startswith("is slow: after 4 s it is still ")
+    # Negative control: what its weight holds off its target has ended there.
+    weak = try_one(on_slide('<position name="servo" joint="lift" kp="100" kv="28" ctrlrange="-0.4 0.4"/>'))
+    assert any("ends" in alarm for alarm in weak.alarms)
+
+
 def test_settling_time_is_that_of_plain_mujoco(healthy: ActuatorResult) -> None:
     response = healthy.responses[0]
     values = plain_response(servo('dampratio="1"'), 0.0, response.target, 1.0)

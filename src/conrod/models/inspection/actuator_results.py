@@ -49,6 +49,7 @@ class StepResponse:
         seconds: length of the run after the jump [s].
         peak, last: largest and last force of the actuator [N or N m, before its gear].
         obstacles: limits and contacts that bear a part of its last force.
+        creeps: whether it still moves on towards its target at the end, without a swing.
     """
 
     begin: float
@@ -62,6 +63,7 @@ class StepResponse:
     peak: float
     last: float
     obstacles: tuple[str, ...] = ()
+    creeps: bool = False
 
     @property
     def error(self) -> float:
@@ -212,7 +214,7 @@ class ActuatorResult:
             )
         elif worst := max((r for r in self.responses if not r.is_reached), key=lambda r: r.missing_share, default=None):
             yield self._missing_words(worst)
-        unsettled = [one for one in self.responses if one.settling is None]
+        unsettled = [one for one in self.responses if one.settling is None and not one.creeps]
         if self.overshoot > MAX_OVERSHOOT or unsettled:
             hint = f"; {self.damping_hint_words}" if self.damping_hint is not None else ""
             does = f"overshoots by {percent_text(self.overshoot)}"
@@ -226,6 +228,9 @@ class ActuatorResult:
 
     def _missing_words(self, worst: StepResponse) -> str:
         off = _shown_size(worst.error, self.moved_unit)
+        if worst.creeps and not worst.obstacles:
+            target = shown_value(worst.target, self.moved_unit)
+            return f"is slow: after {quantity(worst.seconds, 2)} s it is still {off} off {target}, and moves on"
         where = f"ends {off} off the {shown_value(worst.target, self.moved_unit)} that are commanded"
         if worst.obstacles:
             return f"{where}: {' and '.join(worst.obstacles)} in the way"

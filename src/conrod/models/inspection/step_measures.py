@@ -9,6 +9,7 @@ from conrod.models.inspection.actuator_results import StepResponse
 
 SETTLING_BAND = 0.02  # of a move: the usual criterion of 2 %
 FINAL_SHARE, SWING_SHARE = 0.1, 0.2  # of a run, its end, that the final value and the swing are taken of
+CREEP_SHARE = 0.05  # of what is left at the begin of that part, by which a slow response comes nearer in it
 SETTLED_BY = 0.9  # of a run, until which it must be within its band
 
 
@@ -45,5 +46,15 @@ def measure_step(
     overshoot = overshoot if overshoot > SETTLING_BAND * 0.05 else 0.0
     peak = float(forces[int(np.abs(forces).argmax())])
     return StepResponse(
-        begin, target, final, size, overshoot, settling, swing, len(values) * step, peak, float(forces[-1]), obstacles
-    )
+        begin, target, final, size, overshoot, settling, swing, len(values) * step, peak, float(forces[-1]), obstacles,
+        is_creeping(values, target),
+    )  # fmt: skip
+
+
+def is_creeping(values: Array, target: float) -> bool:
+    """True if values (T,) come nearer to a target all through the last part of a run, and are not there yet.
+
+    What has settled off its target, as under a load, comes no nearer: less than `CREEP_SHARE` of what is left.
+    """
+    left = np.abs(target - values[-max(3, round(SWING_SHARE * len(values))) :])
+    return bool(np.all(np.diff(left) <= 0.0) and left[0] - left[-1] > CREEP_SHARE * left[0] > 0.0)
