@@ -190,6 +190,11 @@ def test_steering_has_a_nothing_moves_note_until_driven(tmp_path: Path) -> None:
     report = at(tmp_path, text, seconds=0.2)
     (found,) = (one for one in report.findings if one.rule == "nothing-moves")
     assert (found.severity, found.evidence["travel [m]"]) == (Severity.NOTE, 0.0)
+    assert found.fix.endswith("`conrod check --drive JOINT=LAW` moves it")
+    # Nothing is said to move what has neither a loop nor an actuator.
+    loose = at(tmp_path, re.sub("<equality>.*</equality>", "", text, flags=re.DOTALL), seconds=0.02)
+    (alone,) = (one for one in loose.findings if one.rule == "nothing-moves")
+    assert alone.fix == "--keyframe KEY starts from a keyframe with rates (qvel)"
     motor = '</equality><actuator><motor name="m" joint="pinion"/></actuator>'
     driven = at(tmp_path, replace_once(text, "</equality>", motor), seconds=0.2, controls=(("m", 0.1),))
     assert "nothing-moves" not in rules_of(driven)

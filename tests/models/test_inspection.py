@@ -197,6 +197,26 @@ def test_a_weld_to_a_mocap_body_is_a_handle_and_no_error() -> None:
     assert found.findings == ()
 
 
+FOLDED_ARM = """<mujoco>
+  <default><geom contype="0" type="capsule" size="0.02"/><joint axis="0 1 0"/></default><worldbody>
+  <body name="handle" mocap="true" pos="1 0 0"/>
+  <body name="upper"><joint name="shoulder"/><geom fromto="0 0 0 1 0 0"/>
+    <body name="fore" pos="1 0 0"><joint name="elbow"/><geom fromto="0 0 0 -1 0 0"/>
+      <body name="hand" pos="-1 0 0"><joint name="wrist"/><geom fromto="0 0 0 1 0 0"/>
+        <body name="tip" pos="1 0 0"/></body></body></body>
+  </worldbody><equality>EQUALITY</equality></mujoco>"""
+
+
+def test_a_folded_arm_on_a_handle_has_no_loop_that_is_singular(tmp_path: Path) -> None:
+    handle = '<weld name="hold" body1="handle" body2="tip"/>'
+    words = said(inspected(FOLDED_ARM.replace("EQUALITY", handle), tmp_path), "close")
+    assert "it has no closed loop that acts" in words
+    assert "singular" not in words
+    # Negative control: a pin in the place of the handle is a loop, and singular where the links lie in one line.
+    pin = '<connect name="hold" body1="tip" body2="world" anchor="0 0 0"/>'
+    assert "singular" in said(inspected(FOLDED_ARM.replace("EQUALITY", pin), tmp_path), "close")
+
+
 def test_a_model_that_stands_still_is_no_model_without_findings() -> None:
     found = inspect(CASES / "steering.xml", InspectionRequest(), "steering")
     assert "Nothing moves in its own run." in finding(found)

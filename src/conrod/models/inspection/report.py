@@ -191,7 +191,14 @@ def next_step(study: Inspection) -> str:
         return _command(study, *drives, "--tolerance", f"position={allowed:.1g}mm")
     if not study.loading.joints:
         return f"give it a joint, then {again}"
+    return _first_drive(study)
+
+
+def _first_drive(study: Inspection) -> str:
+    """The command that drives a model whose motion is not judged yet; it has a loop or an actuator that can follow."""
     first = next(iter(study.moving.actuators), None)
+    if first is None and not study.closing.start.gaps:
+        return f"conrod invariances {shlex.quote(study.file)}"
     law = "JOINT=LAW" if first is None else f"{first.name}=sine:20{'deg' if first.unit == 'rad' else 'mm'},1Hz"
     return _command(study, "--drive", law)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from conrod.engines.mujoco import compat
 from conrod.exact.motion import Array
+from conrod.mjcf.equalities import handle_indices
 from conrod.mjcf.runs import data_at_state
 from conrod.models.lint.bench import UNCHANGED_SHARE, LintBench
 from conrod.models.lint.findings import Finding, Severity
@@ -141,15 +142,18 @@ def nothing_moves(bench: LintBench) -> Iterator[Finding]:
     run = bench.run
     if run.broke or run.travel > UNCHANGED_SHARE * bench.size:
         return
-    command = "--ctrl NAME=VALUE commands a motion, " if bench.model.nu else ""
+    ways = ["--ctrl NAME=VALUE commands a motion"] if bench.model.nu else []
+    ways.append("--keyframe KEY starts from a keyframe with rates (qvel)")
+    # A drive needs a loop that follows, or an actuator.
+    if bench.model.nu or len(handle_indices(bench.model)) < np.count_nonzero(bench.model.eq_active0):
+        ways.append("`conrod check --drive JOINT=LAW` moves it")
     yield Finding(
         what="nothing moves in its own run",
         severity=Severity.NOTE,
         evidence={"travel [m]": run.travel, "steps": run.steps, "actuators": int(bench.model.nu)},
         why="the closures carry nothing but what rests on them: that they are not seen to open says nothing of the "
         "model in motion",
-        fix=f"{command}--keyframe KEY starts from a keyframe with rates (qvel); `conrod check --drive JOINT=LAW` "
-        "moves it",
+        fix="; ".join(ways),
     )
 
 
