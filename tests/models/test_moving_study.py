@@ -126,7 +126,7 @@ def test_keyframe_stays_where_its_control_holds_it() -> None:
 # -- energy ------------------------------------------------------------------------------------------------------------
 
 
-def test_energy_that_a_step_adds_is_named_with_a_step_that_does_not() -> None:
+def test_energy_that_a_step_adds_is_named_with_a_finer_step() -> None:
     model = pendulums(0.02)
     found = free_energy(model, data_at_start(model, None)[0])
     assert found is not None

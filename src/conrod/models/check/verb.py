@@ -80,8 +80,7 @@ WITH_DRIVE = (
 @options.verb(CheckOptions)
 @click.argument("files", nargs=-1, metavar="[FILE...]", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
-    """Judge a model (.xml, .mjb), FMU or table (.csv, .npz) by --scene, or --drive. Exit 1: out of tolerance."""
-    from conrod.cli.project import check_project_models
+    """Judge a model (.xml), FMU or table (.csv, .npz) by --scene or --drive; with neither, inspect a model."""
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.endings import FILES, FMUS, MODELS
     from conrod.user_files.files import check_readable

@@ -148,8 +148,8 @@ class Moving:
         """True if something can move, no run broke off, and no servo is too weak for its load."""
         broke = [one.broke for one in self.actuators]
         broke += [*(one.broke for one in self.keyframes), *(one.broke for one in self.followed)]
-        weak = any(one.is_too_weak for one in (*self.actuators, *self.followed))
-        return not (self.mobility is not None and self.mobility.is_stuck) and not any(broke) and not weak
+        weak = [*(one.is_too_weak for one in self.actuators), *(one.is_too_weak for one in self.followed)]
+        return not (self.mobility is not None and self.mobility.is_stuck) and not any(broke) and not any(weak)
 
     @property
     def lines(self) -> tuple[str, ...]:
