@@ -81,6 +81,7 @@ WITH_DRIVE = (
 @click.argument("files", nargs=-1, metavar="[FILE...]", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a model (.xml), FMU or table (.csv, .npz) by --scene or --drive; with neither, inspect a model."""
+    from conrod.cli.project import check_project_models
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.endings import FILES, FMUS, MODELS
     from conrod.user_files.files import check_readable
