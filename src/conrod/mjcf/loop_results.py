@@ -239,6 +239,7 @@ class LoopStudy:
         presets: runs of the file with its actuators and its step, with each preset's settings.
         begins: open start of the file's own run; None if its loops start closed.
         points: points that are judged.
+        moved: points that closures move, where no judged point is one.
         search: search that `cheapest` and `paste` are of; None without a tolerance.
         scales: largest range of motion [m], speed and acceleration [SI] of the judged points; what shares are of.
         compared: comparison with the machine that the model must be; None if the model is its own reference.
@@ -269,6 +270,7 @@ class LoopStudy:
     about: str = ""
     points: tuple[str, ...] = ()
     search: SettingsSearch | None = None
+    moved: tuple[str, ...] = ()
     scales: Mapping[str, float] = field(default_factory=dict)
 
     @property

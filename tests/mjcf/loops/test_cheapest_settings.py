@@ -25,24 +25,29 @@ from conrod.models.loops.settings import after_compiling, mjcf_lines, python_lin
 from conrod.models.loops.settings_words import lines_to_paste, settings_words
 
 RUNS = ShippedRun("its own pose", 1.0, Outcome.COMPLETED, "", 1e-9)
+FAILS, OPENS = replace(RUNS, outcome=Outcome.DIVERGED), replace(RUNS, gap=1e-3)
 STEP, ALLOWED = 1e-3, {"position": 1e-4}
 COSTS = {OWN: 1.0, "hardened": 5.0, "tuned": 4.0}
 
 
 def search(
     errors: dict[str, Callable[[float], float]], limits: tuple[int, int] = (-6, 6), fails: float = math.inf,
-    guesses: dict[str, int] | None = None, must_run: bool = True,
+    guesses: dict[str, int] | None = None, own: ShippedRun = RUNS,
+    opens: float = 0.0,
 ) -> tuple[SettingsSearch, list[tuple[str, int]]]:  # fmt: skip
     """Search among settings whose errors of position [m] at a step [s] are known; return what was tried, too.
 
     Args:
         fails: step [s] from which on the file's own run diverges.
+        own: the file's own run as it is.
+        opens: what its loops open by in its own run [m] at the model's step, in proportion to the step.
     """
     tried = list[tuple[str, int]]()
 
     def run_at(name: str, step: float) -> tuple[LoopRun, ShippedRun]:
         tried.append((name, round(math.log2(step / STEP))))
-        shipped = replace(RUNS, outcome=Outcome.DIVERGED, reason="not finite") if step >= fails else RUNS
+        shipped = replace(RUNS, gap=opens * step / STEP)
+        shipped = replace(shipped, outcome=Outcome.DIVERGED, reason="not finite") if step >= fails else shipped
         size = errors[name](step)
         if math.isinf(size):
             return LoopRun(name, step, Outcome.OPENED, "pin opens by 20 mm"), shipped
@@ -52,7 +57,7 @@ def search(
         return PairedTiming(COSTS[name], COSTS[name], COSTS[name], COSTS[name] * 1e-6, 1e-6, 1)
 
     started = guesses or dict.fromkeys(errors, 0)
-    found = search_settings(run_at, timing_of, started, ALLOWED, STEP, limits, must_run=must_run)
+    found = search_settings(run_at, timing_of, started, ALLOWED, STEP, limits, own=own)
     return found, tried
 
 
@@ -124,10 +129,21 @@ def test_settings_must_carry_the_files_own_run_too() -> None:
     assert found.coarser_shipped is not None
     assert found.best.timestep == 2e-3
     assert found.coarser_shipped.failed
-    # Control: of a file that does not run as it is that is not asked.
-    found, _ = search(exact, fails=4e-3, must_run=False)
+    # A file that does not run as it is gets those with which it does, too, and others only where there are none.
+    found, _ = search(exact, fails=4e-3, own=FAILS)
+    assert found.best is not None
+    assert found.best.timestep == 2e-3
+    found, tried = search(exact, fails=0.0, own=FAILS)
     assert found.best is not None
     assert found.best.timestep == 64e-3
+    assert len(tried) == len(set(tried))
+    assert search(exact, fails=0.0)[0].best is None
+    # Loops that open by 0.1 mm at 4 ms in its own run, and in none of its steps by less than 1 mm.
+    for opens, own, step in ((2.5e-5, RUNS, 4e-3), (2.5e-5, OPENS, 4e-3), (1.0, OPENS, 64e-3)):
+        found, _ = search(exact, own=own, opens=opens)
+        assert found.best is not None
+        assert found.best.timestep == step
+    assert search(exact, opens=1.0)[0].best is None
 
 
 # -- lines to paste ----------------------------------------------------------------------------------------------------

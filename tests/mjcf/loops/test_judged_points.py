@@ -62,7 +62,8 @@ def test_points_on_driven_bodies_judge_loops_alone_and_say_so() -> None:
     assert found.own.errors["position"] < 1e-12
     assert not found.passed
     words = finding(found)
-    assert "Not judged: what moves by the loops: strut_end is rigid with what is driven" in words
+    assert "Not judged: what moves by the loops: strut_end is rigid with what is driven (--point takes shin);" in words
+    assert leg().moved == ()
     assert re.search(r"OUT OF TOLERANCE \(loops open 0\.15 mm \(.{3,7} L\), allowed 0\.010 mm \(.{3,7} L\)\)", words)
     assert not leg().judges_loops_alone
 

@@ -123,7 +123,9 @@ def _not_judged(study: LoopStudy) -> Iterator[str]:
     if study.judges_loops_alone:
         more = ", .." if len(study.points) > MAX_NAMED_DIFFERENCES else ""
         named = f"{', '.join(study.points[:MAX_NAMED_DIFFERENCES])}{more}"
-        yield f"what moves by the loops: {named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
+        rigid = f"{named} {'is' if len(study.points) == 1 else 'are'} rigid with what is driven"
+        instead = f" (--point takes {', '.join(study.moved[:MAX_NAMED_DIFFERENCES])})" if study.moved else ""
+        yield f"what moves by the loops: {rigid}{instead}"
     if asked and (left := [name for name in LOOP_UNITS if name not in asked]):
         yield " and ".join(left)
     if others := [one.title for one in merge_forces(one for run in study.runs for one in run.acting) if not one.exact]:

@@ -1,7 +1,7 @@
 """Search for the cheapest settings that hold a tolerance: each at the largest step, by powers of two of the file's own.
 
-A setting holds if the driven run is within the tolerance, and if the file runs with it and its own actuators as well as
-it does as it is.
+A setting holds if the driven run is within the tolerance, and if the file runs with it and its own actuators and keeps
+its loops as closed; where no setting does all, a file that does not do so as it is may be left without.
 """
 
 from __future__ import annotations
@@ -10,12 +10,15 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
+from typing import Literal
 
 from conrod.comparison.trajectory import Outcome
 from conrod.execution.paired_timing import PairedTiming
-from conrod.mjcf.loop_results import OWN, LoopRun, SettingsSearch, ShippedRun, loop_limits
+from conrod.mjcf.loop_results import LOOPS, OWN, LoopRun, SettingsSearch, ShippedRun, loop_limits
 
 Trial = tuple[LoopRun, ShippedRun]
+# What the file's own run has to do with settings: stay within the limit on its loops, or complete.
+Need = Literal["within", "complete", "any"]
 # A setting whose error falls by less than this power of the step is not tried at finer steps.
 MIN_ORDER = 0.3
 
@@ -28,7 +31,7 @@ def search_settings(
     step: float,
     limits: tuple[int, int],
     *,
-    must_run: bool,
+    own: ShippedRun,
 ) -> SettingsSearch:
     """Search settings for the cheapest that hold a tolerance.
 
@@ -40,50 +43,71 @@ def search_settings(
         allowed: tolerance by quantity [SI].
         step: the model's own [s].
         limits: least and greatest power of two of the own step.
-        must_run: whether the file has to run with the settings and its own actuators.
+        own: the file's own run as it is. What this does not keep, settings may break, where none keep it.
     """
-    tried, best, cost, speeds = dict[tuple[str, int], Trial](), None, math.inf, (0.0, 0.0)
+    tried, timing = dict[tuple[str, int], Trial](), cache(timing_of)
 
-    @cache
-    def excess(name: str, power: int) -> float:
-        tried[name, power] = run_at(name, step * 2.0**power)
-        return _excess(*tried[name, power], allowed, must_run)
+    def excess(need: Need, name: str, power: int) -> float:
+        if (name, power) not in tried:
+            tried[name, power] = run_at(name, step * 2.0**power)
+        return _excess(*tried[name, power], allowed, need)
 
-    for name, guess in guesses.items():
-        timing = timing_of(name)
-        share = 1.0 if name == OWN else timing.ratio
-        # A setting that is not the cheapest so far has to hold at a larger step.
-        least = limits[0] if best is None else max(limits[0], math.floor(math.log2(share / cost)) + 1)
-        if least > limits[1]:
-            continue
-        found = _largest_power(partial(excess, name), max(guess, least), (least, limits[1]))
-        if found is not None:
-            best, cost = (name, found), share / 2.0**found
-            speeds = step * 2.0**found / timing.seconds, step / timing.other_seconds
+    needs: tuple[Need, ...] = ("within", *(("complete",) if own.failed or own.exceeds(allowed) else ()))
+    for need in (*needs, *(("any",) if own.failed else ())):
+        if (best := _cheapest(partial(excess, need), timing, guesses, limits)) is not None:
+            break
     ran = [run.timestep for run, _ in tried.values()]
     searched = SettingsSearch(dict(allowed), tuple(guesses), (min(ran), max(ran)))
     if best is None:
-        within = [key for key in tried if math.isfinite(excess(*key))]
-        return replace(searched, nearest=tried[min(within, key=lambda key: excess(*key))][0]) if within else searched
-    run, shipped = tried[best]
-    name, power = best
-    beyond = tried.get((name, power + 1))
+        sizes = {key: excess(need, *key) for key in tried}
+        nearest = min(sizes, key=lambda key: sizes[key])
+        return replace(searched, nearest=tried[nearest][0]) if math.isfinite(sizes[nearest]) else searched
+    (run, shipped), (name, power) = tried[best], best
+    cost, beyond = _cost(name, power, timing), tried.get((name, power + 1))
     return replace(
         searched,
         best=replace(run, cost=cost),
         shipped=shipped,
         coarser=None if beyond is None else replace(beyond[0], cost=0.5 * cost),
         coarser_shipped=None if beyond is None else beyond[1],
-        speed=speeds[0],
-        own_speed=speeds[1],
+        speed=step * 2.0**power / timing(name).seconds,
+        own_speed=step / timing(name).other_seconds,
     )
 
 
-def _excess(run: LoopRun, shipped: ShippedRun, allowed: Mapping[str, float], must_run: bool) -> float:
-    """Largest error over its limit; infinite where the driven run, or a run that must complete, did not complete."""
-    if run.outcome is not Outcome.COMPLETED or (must_run and shipped.failed):
+def _cheapest(
+    excess: Callable[[str, int], float],
+    timing: Callable[[str], PairedTiming],
+    guesses: Mapping[str, int],
+    limits: tuple[int, int],
+) -> tuple[str, int] | None:
+    """Name and power of two of the step of the cheapest settings whose excess is at most 1; None if none has it."""
+    best, cost = None, math.inf
+    for name, guess in guesses.items():
+        # A setting that is not the cheapest so far has to hold at a larger step.
+        share = _cost(name, 0, timing)
+        least = limits[0] if best is None else max(limits[0], math.floor(math.log2(share / cost)) + 1)
+        if least > limits[1]:
+            continue
+        found = _largest_power(partial(excess, name), max(guess, least), (least, limits[1]))
+        if found is not None:
+            best, cost = (name, found), share / 2.0**found
+    return best
+
+
+def _cost(name: str, power: int, timing: Callable[[str], PairedTiming]) -> float:
+    """Cost of a simulated second at a power of two of the own step, over that with the file's own settings."""
+    return (1.0 if name == OWN else timing(name).ratio) / 2.0**power
+
+
+def _excess(run: LoopRun, shipped: ShippedRun, allowed: Mapping[str, float], need: Need) -> float:
+    """Largest error over its limit; infinite where the driven run, or an own run that must complete, did not."""
+    if run.outcome is not Outcome.COMPLETED or (need != "any" and shipped.failed):
         return math.inf
-    shares = [run.judged_error(name) / limit if limit else math.inf for name, limit in loop_limits(allowed).items()]
+    limits = loop_limits(allowed)
+    shares = [run.judged_error(name) / limit if limit else math.inf for name, limit in limits.items()]
+    if need == "within" and shipped.driven and LOOPS in limits:
+        shares.append(shipped.gap / limits[LOOPS] if limits[LOOPS] else math.inf)
     return math.inf if any(math.isnan(share) for share in shares) else max(shares)
 
 

@@ -172,8 +172,16 @@ class _LoopBench:
             self._compare_with_machine(machine, checked, travel),
             {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
             self._open_start(), self.moved_start, self._closure_words(),
-            tuple(point.name for point in self.points), scales=scales, search=search,
+            tuple(point.name for point in self.points), scales=scales, search=search, moved=self._moved_points(),
         )  # fmt: skip
+
+    def _moved_points(self) -> tuple[str, ...]:
+        """Names of points that closures move, where all requested points are rigid with what is driven or held."""
+        if not self.question.points or any(point.name not in self.freedom.rigid for point in self.points):
+            return ()
+        asked = replace(self.question, points=())
+        others = judged_points(self.model, self.machine.tree, self.freedom, asked)
+        return tuple(one.name for one in others if one.name not in self.freedom.rigid)
 
     def _closure_words(self) -> str:
         """Describe closures, and the axis or anchor that makes them contradict each other, if they do."""
@@ -305,7 +313,7 @@ class _LoopBench:
             return self._time(apply_recipe(self.model, edits(name, own_step)))
 
         limits = min(least, 0), max(most, 0)
-        found = search_settings(run_at, timing_of, guesses, allowed, own_step, limits, must_run=not shipped.failed)
+        found = search_settings(run_at, timing_of, guesses, allowed, own_step, limits, own=shipped)
         found = replace(found, borne=borne)
         if (best := found.best) is None:
             return found, ""
