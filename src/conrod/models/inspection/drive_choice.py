@@ -14,6 +14,7 @@ from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.mobility import check_drives, drives_to_add, free_directions
 from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.equalities import closure_name, handle_indices
 from conrod.mjcf.loading import name_or_number
 from conrod.mjcf.reading import duration, tree_of
 
@@ -38,7 +39,8 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
     """
     try:
         tree, there = tree_of(model, start), tree_of(model, start if inside is None else inside)
-        if not tree.closures or not tree.loop_joints:
+        handles = {closure_name(model, k) for k in handle_indices(model)}  # what a mouse drags is no loop
+        if {one.name for one in tree.closures} <= handles or not tree.loop_joints:
             return {}, "it has no closed loop, which alone could open"
         joints = joints_to_drive(model, there)
     except InvalidInput as error:
