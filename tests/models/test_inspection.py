@@ -274,3 +274,20 @@ def test_the_next_command_goes_on_with_the_options_given(tmp_path: Path) -> None
     found = inspected(text, tmp_path, unit=1e-2, keyframe="up")
     assert next_step(found).endswith("model.xml --unit cm --keyframe up --drive servo=sine:20mm,1Hz")
     assert found.loading.across == pytest.approx(0.18 * 3**0.5)
+
+
+@pytest.mark.parametrize(
+    ("actuator", "words"),
+    [
+        ("<motor name='push' joint='j' ctrlrange='-1 1'/>", "conrod invariances"),
+        ("<position name='servo' joint='j' kp='900' kv='90' ctrlrange='0 0.1'/>", "--drive servo=move:0mm,"),
+    ],
+)
+def test_the_next_command_is_one_that_the_model_takes(tmp_path: Path, actuator: str, words: str) -> None:
+    body = "<body gravcomp='1'><joint name='j' type='slide' range='0 0.1'/><geom size='0.05'/></body>"
+    text = f"<mujoco><worldbody>{body}</worldbody><actuator>{actuator}</actuator></mujoco>"
+    found = inspected(text, tmp_path)
+    assert words in next_step(found)
+    if found.moving.actuators[0].kind == "position":
+        _, law = next_step(found).rsplit("=", 1)
+        assert inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": law}), "model").passed

@@ -17,6 +17,8 @@ NO_SAG_SHARE = 1e-3  # of a move, below which a sag is not worth a word
 # SI unit -> the unit shown, and the factor to it.
 SHOWN = {"rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30.0 / math.pi), "m/s": ("mm/s", 1e3)}
 FORCE_UNITS = {"rad": "N m", "m": "N"}
+# Kinds of actuators that a law of the position, or of the speed, can be commanded of.
+SERVOS, SPEEDS = ("position",), ("velocity", "intvelocity")
 
 
 def shown_value(value: float, unit: str) -> str:

@@ -18,6 +18,7 @@ from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
 from conrod.mjcf.driving import break_off_reason
 from conrod.mjcf.loading import joint_kind, list_names, name_or_number, names_of
 from conrod.models.inspection.actuator_kinds import TriedActuator, read_actuators
+from conrod.models.inspection.actuator_results import SERVOS, SPEEDS
 from conrod.models.inspection.actuator_runs import held_model
 from conrod.models.inspection.moving_results import LawResponse
 
@@ -25,7 +26,6 @@ PERIODS = 3  # of a law that repeats; the last one is compared
 REST = 0.5  # of a movement's time, that is looked at after its end
 MAX_STEPS, INSTANTS = 40_000, 200
 RANGE_ROUNDING = 1e-9
-SERVOS, SPEEDS = ("position",), ("velocity", "intvelocity")
 
 
 def follow_laws(model: mujoco.MjModel, start: mujoco.MjData, drives: Mapping[str, str]) -> tuple[LawResponse, ...]:

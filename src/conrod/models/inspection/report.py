@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -9,6 +10,7 @@ from urllib.parse import quote
 
 from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.request import LENGTH_UNITS
+from conrod.models.inspection.actuator_results import SERVOS, SPEEDS, ActuatorResult
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
 from conrod.models.loops.error_words import in_mm
 from conrod.models.loops.settings_words import lines_to_paste, settings_words
@@ -21,6 +23,7 @@ MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
 START_MOVED = "the motion starts from"
 MAX_ALARMS = 2  # of actuators in the first sentences
+SWING_SIZES = {"rad": (math.radians(20.0), "deg"), "m": (0.02, "mm")}  # of a first law, by a servo's unit
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
 
 
@@ -196,11 +199,20 @@ def next_step(study: Inspection) -> str:
 
 def _first_drive(study: Inspection) -> str:
     """The command that drives a model whose motion is not judged yet; it has a loop or an actuator that can follow."""
-    first = next(iter(study.moving.actuators), None)
+    first = next((one for one in study.moving.actuators if one.kind in (*SERVOS, *SPEEDS)), None)
     if first is None and not study.closing.start.gaps:
         return f"conrod invariances {shlex.quote(study.file)}"
-    law = "JOINT=LAW" if first is None else f"{first.name}=sine:20{'deg' if first.unit == 'rad' else 'mm'},1Hz"
-    return _command(study, "--drive", law)
+    return _command(study, "--drive", "JOINT=LAW" if first is None else f"{first.name}={_law_inside(first)}")
+
+
+def _law_inside(actuator: ActuatorResult) -> str:
+    """A law that a servo can be told: a swing about its start, or a move where its range leaves no room for that."""
+    ends, (size, unit) = [one.target for one in actuator.responses], SWING_SIZES[actuator.unit]
+    begin = actuator.responses[0].begin if ends else 0.0
+    if actuator.kind not in SERVOS or len(ends) < 2 or min(abs(end - begin) for end in ends) >= size:
+        return f"sine:20{unit},1Hz"
+    scale = 20.0 / size
+    return f"move:{scale * begin:.3g}{unit},{scale * 0.5 * (begin + ends[0]):.3g}{unit},1s"
 
 
 def _command(study: Inspection, *words: str) -> str:
