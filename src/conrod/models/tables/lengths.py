@@ -23,6 +23,7 @@ MAX_LENGTH_CHANGE = 0.5  # of the machine's size: beyond it is another machine
 MAX_FITTED = 3  # sets of lengths that are fitted, the most likely first
 MAX_LENGTHS = 20  # of a machine whose coordinates that are 0 are doubted as well
 MAX_PAIRED_LENGTHS = 12  # of a machine of which pairs are tried
+MAX_ALIGNMENT = 0.999  # cosine of the effects of a length and of a turn of the crank, above which they are one
 GAUSS_NEWTON_STEPS, SMALL_STEP = 6, 1e-9  # and the share of the machine's size that ends them
 SMOOTH_SHARE = 0.01  # share of the differences that a length may leave but for noise: other slips look alike to 5 %
 MAX_NOISE_FACTOR = 1.5  # of the noise of what is left, up to which it is nothing but noise
@@ -85,8 +86,12 @@ class _LengthSearch:
 
     @cached_property
     def slopes(self) -> dict[str, Array]:
-        """Derivatives (N,) of the differences by each length that can be changed and matters [1/m], one-sided."""
+        """Derivatives (N,) of the differences by each length that can be changed and matters [1/m], one-sided.
+
+        A coordinate across the crank turns it: that is a crank zero or a time offset, and no length.
+        """
         found, probe = dict[str, Array](), PROBE_SIZE * self.size
+        turned = self.table.angle_derivatives(self.name).ravel() if self.name == "position" else np.zeros(1)
         lengths = [one for one, facts in self.table.scene.parameter_facts().items() if facts.unit == "m"]
         if len(lengths) > MAX_LENGTHS:
             lengths = [one for one in lengths if self.table.scene.parameters[one] != 0.0]
@@ -95,7 +100,8 @@ class _LengthSearch:
                 slope = (self.differences({name: self.table.scene.parameters[name] + probe}) - self.start) / probe
             except (InvalidInput, ArithmeticError, np.linalg.LinAlgError):
                 continue
-            if np.linalg.norm(slope) > 0.0:
+            size = float(np.linalg.norm(slope)) * float(np.linalg.norm(turned))
+            if np.linalg.norm(slope) > 0.0 and not (size and abs(float(slope @ turned)) > MAX_ALIGNMENT * size):
                 found[name] = slope
         return found
 
