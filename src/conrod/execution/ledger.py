@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import sqlite3
@@ -20,6 +21,7 @@ from conrod.comparison.plain_values import plain_values
 from conrod.errors import InvalidInput
 from conrod.execution.case import SIZES, Case, CaseResult, identity_digest
 from conrod.execution.ledger_file import (
+    CHECKS_TABLE,
     LOCK_TIMEOUT,
     Claims,
     connect,
@@ -119,12 +121,13 @@ class Ledger:
         A run whose row, or whose case's row, is damaged counts as missing.
         """
         rows = self._select("SELECT key, identity, result FROM runs JOIN cells USING (key) WHERE key IN", cases)
-        saved = {key: _unpack(blob) for key, identity, blob in rows if _restore_identity(key, identity) is not None}
         found: dict[str, CaseResult] = {}
-        for key, case in cases.items():
-            if (values := saved.get(key)) is not None:
-                with suppress(InvalidInput):  # a damaged row, of values that are no result
-                    found[key] = case.restore_result(values)
+        with _no_garbage_collection():
+            saved = {key: _unpack(blob) for key, identity, blob in rows if _restore_identity(key, identity) is not None}
+            for key, case in cases.items():
+                if (values := saved.get(key)) is not None:
+                    with suppress(InvalidInput):  # a damaged row, of values that are no result
+                        found[key] = case.restore_result(values)
         return found
 
     def keep(self, case: Case, result: CaseResult, limit: float | None = None, *, replace: bool = False) -> None:
@@ -172,6 +175,31 @@ class Ledger:
         """Timings on a machine by key; keys without one are left out."""
         found = self._select(f"SELECT key, {TIMING_COLUMNS} FROM timings WHERE machine = ? AND key IN", keys, machine)
         return {key: timing for key, *values in found if (timing := _restore_timing(values)) is not None}
+
+    # -- checks of files ---------------------------------------------------------------------------------------------
+
+    def checked_file(self, key: str) -> dict[str, Any] | None:
+        """Plain values of what was found in a user's file; None if nothing readable is kept under the key."""
+        with name_ledger_in_errors(self.path):
+            if not self._has_checks():
+                return None
+            found = self._connection.execute("SELECT findings FROM checks WHERE key = ?", (key,)).fetchone()
+        values = None if found is None else _decompress(found[0])
+        # The key stands in the row, too: a row that was damaged is not taken for another.
+        return values["found"] if isinstance(values, dict) and values.get("key") == key else None
+
+    def keep_checked_file(self, key: str, name: str, values: Any) -> None:
+        """Save the plain values of what was found in a user's file; they replace those saved before."""
+        text = json.dumps({"key": key, "found": values}, separators=(",", ":")).encode()
+        with name_ledger_in_errors(self.path), self._begin_transaction():
+            self._connection.execute(CHECKS_TABLE)
+            self._connection.execute(
+                "INSERT OR REPLACE INTO checks VALUES (?, ?, ?)", (key, name, zlib.compress(text, 1))
+            )
+
+    def _has_checks(self) -> bool:
+        """Return True if this ledger has the table of checked files, which older ones lack."""
+        return bool(self._connection.execute("SELECT 1 FROM sqlite_master WHERE name = 'checks'").fetchone())
 
     # -- all of it ---------------------------------------------------------------------------------------------------
 
@@ -227,6 +255,18 @@ def _pack(result: CaseResult) -> bytes:
         text = json.dumps(plain_values(values), separators=(",", ":")).encode()
     # The lightest compression halves the file; a stronger one costs more than writing does.
     return zlib.compress(text, 1)
+
+
+@contextmanager
+def _no_garbage_collection() -> Iterator[None]:
+    """Collect no garbage: plain values have no cycles, and looking for some takes longer than reading them."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
 
 
 def _unpack(blob: bytes) -> dict[str, Any] | None:

@@ -49,6 +49,15 @@ PRAGMA application_id = {APPLICATION_ID};
 PRAGMA user_version = {CACHE_VERSION};
 """
 
+# Made when the first file is checked, so that ledgers that were there before have it, too.
+CHECKS_TABLE = """
+CREATE TABLE IF NOT EXISTS checks (
+    key TEXT PRIMARY KEY,
+    name TEXT NOT NULL,      -- of the file, for people
+    findings BLOB NOT NULL   -- JSON, zlib
+) STRICT
+"""
+
 
 def connect(path: Path, patience: float = LOCK_TIMEOUT, may_empty: bool = True) -> tuple[sqlite3.Connection, int]:
     """Connect to the ledger at a path; create the file and its folders if missing.
@@ -168,7 +177,7 @@ def _empty_older_ledger(connection: sqlite3.Connection, path: Path) -> int:
         count = connection.execute("SELECT count(*) FROM runs").fetchone()[0] if kinds.get("runs") == "table" else 0
         connection.execute("DROP INDEX IF EXISTS stopped")
         # A table before those that it refers to.
-        for table in ("timings", "runs", "cells"):
+        for table in ("checks", "timings", "runs", "cells"):
             connection.execute(f"DROP TABLE IF EXISTS {table}")
         for statement in LEDGER_TABLES.split(";\n"):
             connection.execute(statement)

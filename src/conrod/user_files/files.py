@@ -89,6 +89,32 @@ def model_files(path: Path) -> tuple[Path, ...]:
     return tuple(found)
 
 
+# What in a model's text says that MuJoCo reads files which cannot be found by their names in it.
+UNFOLLOWED = re.compile(r"<!DOCTYPE|<!ENTITY|<plugin|<extension|\sstrippath\s*=|<!\[CDATA\[")
+FILE_NAMES = re.compile(r"""\sfile[a-z]*\s*=\s*(["'])(.*?)\1""")
+
+
+def model_digest(path: Path) -> str | None:
+    """Digest of all bytes that a model file is made of; None if they cannot be told from its text."""
+    found, names = model_files(path), set[str]()
+    real, digest = {there.resolve() for there in found}, hashlib.sha256()
+    folders = {there.parent for there in found}
+    for file in found:
+        content = file.read_bytes()
+        digest.update(f"{os.path.relpath(file, path.parent)} {len(content)} ".encode(errors="surrogateescape"))
+        digest.update(content)
+        if file.suffix.lower() == ".mjb":
+            continue
+        if file == path or file.suffix.lower() in TEXT_SUFFIXES:
+            text = COMMENT.sub("", content.decode(errors="replace"))
+            names |= {match[2] for match in FILE_NAMES.finditer(text)}
+            folders |= {file.parent, *(path.parent / match[2] for match in FOLDER_ATTRIBUTE.finditer(text))}
+            if UNFOLLOWED.search(text):
+                return None
+    known = all(any((folder / name).resolve() in real for folder in folders) for name in names)
+    return digest.hexdigest() if known else None
+
+
 def protected_model_files(path: Path) -> dict[str, Path]:
     """A model's files by description, which no output may overwrite (`conrod.execution.files.files_to_write`)."""
     first, *others = model_files(path)

@@ -12,6 +12,7 @@ from conrod.errors import InvalidInput, as_mapping
 from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, scene_by_name
+from conrod.execution.runner import Runs
 from conrod.execution.tolerances import check_tolerance
 from conrod.mechanism.units import check_count, check_number
 from conrod.mjcf.request import ModelRequest, controls_of, places_of, size_of_unit
@@ -23,8 +24,10 @@ from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.user_files.files import check_readable
 from conrod.user_files.in_memory import Model, file_of_model
+from conrod.user_files.kept_checks import check_or_recall
 
 TURNS = 2
+STUDY = "conrod.models.check.study.study_scene_model"
 
 
 def check_model(
@@ -45,6 +48,7 @@ def check_model(
     qualify: bool = False,
     baseline: str | Path | None = None,
     accept: bool = False,
+    runs: Runs | None = None,
 ) -> Findings[ModelStudy]:
     """Judge a MuJoCo model by the exact motion of the scene that it is to be.
 
@@ -65,6 +69,8 @@ def check_model(
         refine: run the model at other steps too, for the observed order.
         qualify: plant known defects into a check that has passed, and say which of them it notices.
         revolutions, baseline, accept: as in `validate`.
+        runs: ledger that keeps what was found in a file for as long as no byte of it changes; None, as for a model in
+            memory or with a baseline, to judge it here and now.
 
     Raises:
         InvalidInput: the model or an argument cannot be used; says what can.
@@ -97,11 +103,11 @@ def check_model(
         check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
 
         def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
-            from conrod.models.check.study import study_scene_model
-
+            # The file of a model in memory is there for a moment; a baseline is compared with what is measured now.
+            kept = runs if shown is None and baseline is None else None
             given = question, frame, float(revolutions), allowed, refine, qualify and len(several) == 1
             return [
-                [call_on_file(study_scene_model, path, (name, one), *given) for one in scenes.values()]
+                [check_or_recall(STUDY, ModelStudy, path, (name, one), *given, runs=kept) for one in scenes.values()]
                 for scenes in several
             ]
 

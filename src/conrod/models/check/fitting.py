@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
 from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
@@ -158,6 +157,9 @@ class FrameFit:
         steps = np.zeros(len(origin))
         count = len(distances_at(steps))
         if len(steps):
+            # Imported here: a check that is recalled from the ledger fits nothing.
+            from scipy.optimize import least_squares
+
             steps = least_squares(residuals, steps, jac=jacobian, ftol=MIN_GAIN, xtol=ROUNDING, gtol=ROUNDING).x
         return fit_at(steps)
 

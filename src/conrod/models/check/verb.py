@@ -62,25 +62,36 @@ class CheckOptions(VerificationOptions):
     cell_timeout: float | None = option(
         "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run of an FMU [600 s]."
     )
+    fresh: bool = option("--fresh", RUNS, is_flag=True, help="Judge a model again that the ledger has judged.")
+    ledger: str | None = option("--ledger", RUNS, hidden=True)
     engine: tuple[str, ...] = option("--engine", hidden=True)
+
+    @property
+    def runs(self) -> Any:
+        """Ledger that keeps what was found in models, with shown progress."""
+        from conrod.cli.progress import ProgressBar
+        from conrod.execution.runner import Runs
+
+        return Runs(self.ledger, self.fresh, progress=ProgressBar)
 
 
 MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
 TABLE = ("columns", "estimate")
 TORQUE_RUN = ("torque", "start")
+KEPT = ("fresh", "ledger")  # of models alone
 RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
 WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "measured", "limits", "uncertainties")
 MEASUREMENTS = ("measured", "limits", "uncertainties")
 WITH_DRIVE = (
     *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--unit"),
-    *("--engine", "--out", "--html", "--verification", "--json", "--baseline", "--accept"),
+    *("--engine", "--out", "--html", "--verification", "--json", "--baseline", "--accept", "--fresh", "--ledger"),
 )
 
 
 @options.verb(CheckOptions)
 @click.argument("files", nargs=-1, metavar="[FILE...]", shell_complete=completion.files_with(FILES))
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
-    """Judge a model (.xml), FMU or table (.csv, .npz) by --scene or --drive; with neither, inspect a model."""
+    """Judge a model, FMU or table by --scene or --drive; with neither, inspect it."""
     from conrod.cli.project import check_project_models
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.endings import FILES, FMUS, MODELS
@@ -171,6 +182,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
             qualify=asked.qualify,
             baseline=asked.baseline,
             accept=asked.accept,
+            runs=asked.runs,
         )
     files.print_and_write(found, "check", {path.stem: name}, machines=dict([scene]) if asked.assignments else {})
     if dossier:
@@ -216,7 +228,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     if is_fmu:
         refuse(asked, f"{what}: it is for a table", *TORQUE_RUN)
     refuse(asked, f"{what} without --torque: it is for a run under one", "start")
-    refuse(asked, f"{what}: it is for a model", *MODEL)
+    refuse(asked, f"{what}: it is for a model", *MODEL, *KEPT)
     refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
     files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
     dossier = _dossier("check", (name,), asked, dict([scene]))
@@ -344,6 +356,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
                 baseline=asked.baseline,
                 accept=asked.accept,
                 progress=begin,
+                runs=asked.runs,
             )
         except OutsideLoopsError:
             if not can_inspect() or SPATIAL in names or any(name in MACHINES for name in subjects):

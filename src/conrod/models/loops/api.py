@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from conrod.errors import InvalidInput, as_mapping, as_names
 from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
 from conrod.execution.baseline_check import BaselineCheck
-from conrod.execution.local import call_on_file
+from conrod.execution.runner import Runs
 from conrod.execution.tolerances import UnscaledLimit, check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
@@ -22,10 +22,12 @@ from conrod.report.findings import Findings, text_of_call
 from conrod.scenes.space import MACHINES
 from conrod.user_files.files import check_readable
 from conrod.user_files.in_memory import file_of_model
+from conrod.user_files.kept_checks import check_or_recall
 
 if TYPE_CHECKING:
     import mujoco
 
+STUDY = "conrod.models.loops.study.study_loops"
 SHORTEST_RUN, LONGEST_RUN = 1e-6, 1e6  # [s]
 
 
@@ -43,6 +45,7 @@ def check_loops(
     baseline: str | Path | None = None,
     accept: bool = False,
     progress: Callable[[str], object] = lambda name: None,
+    runs: Runs | None = None,
 ) -> Findings[LoopStudy]:
     """Judge the closed loops of MuJoCo models by their own exact motion.
 
@@ -60,6 +63,7 @@ def check_loops(
         unit: unit of the model's lengths: m, cm, mm or inch; metres where none is given.
         baseline, accept: as in `validate`.
         progress: called with the name of each model before it is judged.
+        runs: as in `check_model`.
 
     Raises:
         InvalidInput: a model or an argument cannot be used; says what can.
@@ -87,7 +91,7 @@ def check_loops(
     found, typed = dict[str, LoopStudy](), dict[str, str]()
     for one in several:
         progress(str(one))
-        part, study = _check_one(one, question)
+        part, study = _check_one(one, question, runs=None if check else runs)
         if part in found:
             raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
         found[part], typed[part] = study, str(one)
@@ -116,7 +120,10 @@ def check_loops(
 
 
 def _check_one(
-    model: str | Path | mujoco.MjModel | mujoco.MjSpec, question: LoopRequest, step_factor: float = 1.0
+    model: str | Path | mujoco.MjModel | mujoco.MjSpec,
+    question: LoopRequest,
+    step_factor: float = 1.0,
+    runs: Runs | None = None,
 ) -> tuple[str, LoopStudy]:
     """Judge one model or machine; return its name in the report, and its study."""
     if isinstance(model, str) and model in MACHINES:
@@ -124,7 +131,7 @@ def _check_one(
     with file_of_model(model) as (path, shown):
         check_readable(path)
         part = shown or path.stem
-        study = check_model_loops(path, question, part, step_factor)
+        study = check_model_loops(path, question, part, step_factor, runs if shown is None else None)
         return part, study if shown is None else replace(study, file=shown)
 
 
@@ -141,8 +148,9 @@ def check_machine(name: str, question: LoopRequest, step_factor: float = 1.0) ->
             raise InvalidInput(str(error).replace(f"{path}", name)) from None
 
 
-def check_model_loops(path: Path, question: LoopRequest, name: str, step_factor: float = 1.0) -> LoopStudy:
+def check_model_loops(
+    path: Path, question: LoopRequest, name: str, step_factor: float = 1.0, runs: Runs | None = None
+) -> LoopStudy:
     """Judge the loops of a model file in another process; `step_factor` as in `study_loops`."""
-    from conrod.models.loops.study import study_loops
-
-    return call_on_file(study_loops, path, question, name, step_factor)
+    beside = "" if question.machine is None or question.machine in MACHINES else question.machine
+    return check_or_recall(STUDY, LoopStudy, path, question, name, step_factor, runs=runs, beside=beside)
