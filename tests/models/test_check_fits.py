@@ -15,7 +15,7 @@ from conrod.mjcf.request import Scan
 from conrod.models.check import references
 from conrod.models.check.fitting import PathSearch, _fit_coarsely
 from conrod.models.check.frame import GivenFrame, candidate_views
-from conrod.models.check.identity import identify
+from conrod.models.check.identity import identify, is_machine
 from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
@@ -131,6 +131,20 @@ def test_pass_is_refused_when_given_zero_leaves_its_reach() -> None:
     assert identify(scene, scan, GivenFrame("xz", zero=0.3))[0].is_machine(1e-9)
     with pytest.raises(InvalidInput, match=r"^swinging-four-bar cannot be assembled at every crank angle from "):
         identify(scene, scan, GivenFrame("xz", zero=2.3))
+
+
+def test_short_verdict_on_paths_is_that_of_the_identity() -> None:
+    scan, verdicts = scan_of(SAW, 0.3, 0.2, 1e-3), list[bool]()
+    for name in ("crank", "rod"):
+        # The last share but one is about where 1e-4 of the paths is reached.
+        for share in (0.0, 1e-7, 1e-4, 2e-4, 3e-4, 1e-2):
+            other = SAW.with_parameters(**{name: (1.0 + share) * SAW.parameters[name]})
+            verdicts.append(is_machine(other, scan, GivenFrame(), 1e-4))
+            assert verdicts[-1] is identify(other, scan, GivenFrame())[0].is_machine(1e-4)
+    # Negative control: both verdicts are among them.
+    assert {*verdicts} == {True, False}
+    with pytest.raises(InvalidInput, match="nothing moves"):
+        is_machine(SAW, replace(scan, positions=0.0 * scan.positions), GivenFrame(), 1e-4)
 
 
 # -- lengths and branches --------------------------------------------------------------------------------------------

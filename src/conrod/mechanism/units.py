@@ -98,6 +98,8 @@ def check_bare_angle(name: str, value: float, unit: str) -> None:
 
 def _convert(name: str, text: str, value: float, written: str, unit: str) -> float:
     """Convert a value in a parsed unit to an SI unit."""
+    if written == unit:
+        return value  # as pint gives it, which takes a quarter of a second to read its units
     import pint
 
     registry = _unit_registry()

@@ -71,16 +71,24 @@ class Explanation:
 ChangeSet = tuple[tuple[str, ...], tuple[str, ...]]
 
 
-def smallest_explanations(start: FrameFit, floor: float) -> list[tuple[Explanation, FrameFit]]:
+def smallest_explanations(
+    start: FrameFit, floor: float, *, first_only: bool = False
+) -> list[tuple[Explanation, FrameFit]]:
     """Find the smallest sets of changes that leave no distance; all that are of one size.
 
     Args:
         start: the frame that the expected lengths fit best.
         floor: a distance, over the point's length, that is nothing.
+        first_only: whether the first one is enough, which is the same as of all.
     """
     for changes in _change_sets(start.search):
-        found = [one for change in changes if (one := _fit_change(start, change)) is not None]
-        if enough := [one for one in found if one[0].left <= floor]:
+        enough = list[tuple[Explanation, FrameFit]]()
+        for change in changes:
+            if (one := _fit_change(start, change)) is not None and one[0].left <= floor:
+                enough.append(one)
+                if first_only and not one[0].misplaced:
+                    return enough[-1:]
+        if enough:
             return sorted(enough, key=lambda one: len(one[0].misplaced))
     return []
 
@@ -170,6 +178,23 @@ class Identity:
         return not self.other_branch and largest <= max(tolerance, self.floor)
 
 
+# Whatever the frame, some point is off by at least the root mean square of the best fit, which is found to far less.
+CLEARLY_OFF_FACTOR = 2.0
+
+
+def is_machine(scene: Scene, scan: Scan, given: GivenFrame, tolerance: float) -> bool:
+    """True if the identity of a scan (`identify`) is the machine within a tolerance, with less work where it is not.
+
+    Raises:
+        InvalidInput: as `identify`.
+    """
+    _check_plane(scan)
+    at = _fit_best_branch(scene, scan, given)
+    if at.search.branch is not None or at.rms > CLEARLY_OFF_FACTOR * max(tolerance, _floor(at)):
+        return False
+    return _identity_at(at, scene, scan, first_only=True)[0].is_machine(tolerance)
+
+
 def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, ExactReference]:
     """Identify a model from a scan of its paths.
 
@@ -180,10 +205,22 @@ def identify(scene: Scene, scan: Scan, given: GivenFrame) -> tuple[Identity, Exa
         InvalidInput: its plane of motion or its frame cannot be determined.
     """
     _check_plane(scan)
-    at = _fit_best_branch(scene, scan, given)
-    search, found = at.search, list[tuple[Explanation, FrameFit]]()
-    floor = max(EXPLAINED_DISTANCE, at.unit * OBLIQUITY_FACTOR * scan.shape_error / float(search.norms.min()))
-    if at.largest > floor and (found := smallest_explanations(at, floor)):
+    return _identity_at(_fit_best_branch(scene, scan, given), scene, scan)
+
+
+def _floor(at: FrameFit) -> float:
+    """Distance, over the point's length, below which rounding or the error of the collision shape explains all."""
+    return max(
+        EXPLAINED_DISTANCE, at.unit * OBLIQUITY_FACTOR * at.search.scan.shape_error / float(at.search.norms.min())
+    )
+
+
+def _identity_at(
+    at: FrameFit, scene: Scene, scan: Scan, *, first_only: bool = False
+) -> tuple[Identity, ExactReference]:
+    """Return identity and machine as `identify` does, from the best fit; `first_only`: of explanations the first."""
+    search, found, floor = at.search, list[tuple[Explanation, FrameFit]](), _floor(at)
+    if at.largest > floor and (found := smallest_explanations(at, floor, first_only=first_only)):
         at = found[0][1]
     at = _round_frame(at, floor)
     expected = replace(at, machine=scene, displacements=0.0 * at.displacements)

@@ -20,7 +20,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.mjcf.request import Scan
 from conrod.models.check.frame import GivenFrame
-from conrod.models.check.identity import identify
+from conrod.models.check.identity import is_machine
 from conrod.models.check.references import ALL_LENGTHS, length_names, with_lengths
 from conrod.models.check.results import OWN, ModelStudy
 from conrod.studies.validation.results import DefectVerdict, Qualification
@@ -71,10 +71,10 @@ def _length_places(found: ModelStudy, scanned: Scan, given: GivenFrame) -> Itera
     def failures(name: str, share: float) -> tuple[str, ...]:
         try:
             other = with_lengths(scene, [name], np.array([(1.0 + share) * scene.parameters[name]]))
-            identity, _ = identify(other, scanned, given)
+            right = is_machine(other, scanned, given, found.kinematic_tolerance)
         except InvalidInput:
             return ("cannot be put together",)
-        return () if identity.is_machine(found.kinematic_tolerance) else ("paths",)
+        return () if right else ("paths",)
 
     for name in length_names(scene):
         if name != ALL_LENGTHS and scene.parameters[name]:
