@@ -8,7 +8,16 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks import help_time, ledger_cost, machine, mujoco_recording, pymunk_recording, references, two_jobs
+from benchmarks import (
+    command_cost,
+    help_time,
+    ledger_cost,
+    machine,
+    mujoco_recording,
+    pymunk_recording,
+    references,
+    two_jobs,
+)
 from benchmarks.row import Row
 from conrod.crash import run_guarded
 
@@ -21,6 +30,7 @@ GROUPS: dict[str, tuple[Callable[[int], list[Row]], int]] = {
     "ledger": (ledger_cost.rows, 5),
     "jobs": (two_jobs.rows, 3),
     "help": (help_time.rows, 11),
+    "commands": (command_cost.rows, 5),
 }
 
 
