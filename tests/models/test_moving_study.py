@@ -131,6 +131,7 @@ def test_energy_that_a_step_adds_is_named_with_a_finer_step() -> None:
     found = free_energy(model, data_at_start(model, None)[0])
     assert found is not None
     assert found.grows
+    assert found.damped  # of the joints, which its own runs have: no alarm
     assert found.steady_step is not None
     # Negative control: at the step that is named, and with RK4, none is added.
     for mended in (pendulums(found.steady_step), pendulums(0.005, 'integrator="RK4"')):
@@ -174,3 +175,10 @@ def test_study_does_not_pass_with_a_servo_that_is_too_weak() -> None:
     assert not study_moving(weak, data_at_start(weak, None)[0]).passed
     # Negative control.
     assert study_moving(strong, data_at_start(strong, None)[0]).passed
+
+
+def test_model_without_joints_is_not_stuck() -> None:
+    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><geom size="1"/></worldbody></mujoco>')
+    study = study_moving(model, data_at_start(model, None)[0])
+    assert study.lines == ("nothing: it has no joint",)
+    assert study.passed

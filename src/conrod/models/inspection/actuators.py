@@ -74,7 +74,8 @@ def _try_one(
         remark=_held_words(bench.held),
     )  # fmt: skip
     if not bench.inertia:
-        return replace(result, remark="it moves nothing: the closures, or its gear, leave it no freedom")
+        why = "it moves nothing at the start: its gear, or the closures there (a dead centre?), leave it no freedom"
+        return replace(result, remark=why)
     if one.kind == "position":
         return _try_position(bench, result, search=search)
     if one.kind in ("velocity", "intvelocity"):

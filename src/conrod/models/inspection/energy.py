@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -47,7 +48,9 @@ def free_energy(model: mujoco.MjModel, start: mujoco.MjData) -> FreeEnergy | Non
         growth, broke, _ = _run(made, state, seconds)
     name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
     shown = name if name == "RK4" else "Euler" if name == "EULER" else name.lower()
-    found = FreeEnergy(step, shown, seconds, growth, broke, pushed=pushed)
+    parts = (model.dof_damping, model.dof_frictionloss, model.tendon_damping, model.actuator_biasprm[:, 2])
+    damped = any(bool(np.any(part)) for part in parts)
+    found = FreeEnergy(step, shown, seconds, growth, broke, pushed=pushed, damped=damped)
     if not found.grows:
         return found
     steady, rk4 = None, None
@@ -61,7 +64,7 @@ def free_energy(model: mujoco.MjModel, start: mujoco.MjData) -> FreeEnergy | Non
         set_step(made, step)
         made.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
         rk4, _, _ = _run(made, state, seconds)
-    return FreeEnergy(step, shown, seconds, growth, broke, steady, rk4, pushed)
+    return replace(found, steady_step=steady, rk4=rk4)
 
 
 def _kinetic(model: mujoco.MjModel, coordinates: Array, rates: Array) -> float:

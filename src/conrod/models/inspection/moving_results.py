@@ -61,6 +61,9 @@ class ModelMobility:
         return "; ".join(self._said())
 
     def _said(self) -> Iterator[str]:
+        if not self.joints:
+            yield "nothing: it has no joint"
+            return
         many = "degree of freedom" if self.freedom == 1 else "degrees of freedom"
         of = (
             f" ({self.joints} of the joints less {self.rank} of {self.rows} equations of closures)" if self.rows else ""
@@ -139,6 +142,7 @@ class FreeEnergy:
         steady_step: largest step [s] tried at which it gains at most `MAX_GROWTH`; None if none does.
         rk4: the same share with RK4 at the model's own step; None where it was not tried or broke off.
         pushed: whether it was given rates, as nothing else moves it.
+        damped: whether the model has dampers, dry friction or damped servos, which take energy out of its own runs.
     """
 
     step: float
@@ -149,6 +153,7 @@ class FreeEnergy:
     steady_step: float | None = None
     rk4: float | None = None
     pushed: bool = False
+    damped: bool = False
 
     @property
     def grows(self) -> bool:

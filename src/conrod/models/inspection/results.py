@@ -140,7 +140,9 @@ class Moving:
         """What is wrong with what moves it, each in words with its name."""
         weak = (one.words for one in self.followed if one.is_too_weak or one.broke)
         left = (one.words for one in self.keyframes if not one.stays)
-        grown = (self.energy.words,) if self.energy is not None and self.energy.grows else ()
+        # Damping of the model takes out in its own runs what the step adds.
+        energy = self.energy
+        grown = (energy.words,) if energy is not None and energy.grows and not energy.damped else ()
         return (*(f"{one.name} {words}" for one in self.actuators for words in one.alarms), *weak, *left, *grown)
 
     @property
