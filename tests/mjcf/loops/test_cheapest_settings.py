@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from four_bars import four_bar
 
+from conrod.comparison.other_forces import CONTACT, OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.execution.paired_timing import PairedTiming
 from conrod.mjcf.edits import apply_recipe
@@ -144,6 +145,10 @@ def test_settings_must_carry_the_files_own_run_too() -> None:
         assert found.best is not None
         assert found.best.timestep == step
     assert search(exact, opens=1.0)[0].best is None
+    # Loops of a run that nothing drives need not stay closer than they do as it is, by 0.2 mm: at 8 ms.
+    found, _ = search(exact, own=replace(RUNS, gap=2e-4, driven=False), opens=2.5e-5)
+    assert found.best is not None
+    assert found.best.timestep == 8e-3
 
 
 # -- lines to paste ----------------------------------------------------------------------------------------------------
@@ -301,6 +306,17 @@ def test_words_say_why_no_larger_step_was_tried(found: LoopStudy) -> None:
     for borne, why in ((False, "the motion would have fewer than 8"), (True, "its actuators bear none")):
         ended = replace(found, search=replace(found.search, coarser=None, coarser_shipped=None, borne=borne))
         assert f"; no larger step was tried: {why}. With these" in settings_words(ended)
+
+
+def test_words_say_that_contacts_harden_where_any_acted(found: LoopStudy) -> None:
+    search = found.search
+    assert search is not None
+    assert search.best is not None
+    assert "Contacts" not in settings_words(found)
+    touching = replace(search.best, acting=(OtherForce(CONTACT, "a and b", 1.0, "N"),))
+    for lines, said in ((search.after_compiling, True), ("", False)):
+        words = settings_words(replace(found, search=replace(search, best=touching, after_compiling=lines)))
+        assert ("Contacts of the bodies whose weights are scaled harden with its loops." in words) is said
 
 
 def test_words_name_the_nearest_settings_where_none_hold(found: LoopStudy) -> None:

@@ -46,13 +46,18 @@ def search_settings(
         own: the file's own run as it is. What this does not keep, settings may break, where none keep it.
     """
     tried, timing = dict[tuple[str, int], Trial](), cache(timing_of)
+    # A run that nothing drives is not judged: its loops need not stay closer than they do as it is.
+    opening = max(loop_limits(allowed).get(LOOPS, math.inf), 0.0 if own.driven else own.gap)
 
     def excess(need: Need, name: str, power: int) -> float:
         if (name, power) not in tried:
             tried[name, power] = run_at(name, step * 2.0**power)
-        return _excess(*tried[name, power], allowed, need)
+        return _excess(*tried[name, power], allowed, need, opening)
 
-    needs: tuple[Need, ...] = ("within", *(("complete",) if own.failed or own.exceeds(allowed) else ()))
+    needs: tuple[Need, ...] = (
+        "within",
+        *(("complete",) if own.failed or own.exceeds(allowed) or not own.driven else ()),
+    )
     for need in (*needs, *(("any",) if own.failed else ())):
         if (best := _cheapest(partial(excess, need), timing, guesses, limits)) is not None:
             break
@@ -100,14 +105,17 @@ def _cost(name: str, power: int, timing: Callable[[str], PairedTiming]) -> float
     return (1.0 if name == OWN else timing(name).ratio) / 2.0**power
 
 
-def _excess(run: LoopRun, shipped: ShippedRun, allowed: Mapping[str, float], need: Need) -> float:
-    """Largest error over its limit; infinite where the driven run, or an own run that must complete, did not."""
+def _excess(run: LoopRun, shipped: ShippedRun, allowed: Mapping[str, float], need: Need, opening: float) -> float:
+    """Largest error over its limit; infinite where the driven run, or an own run that must complete, did not.
+
+    Args:
+        opening: limit on how far the loops open in the file's own run [m].
+    """
     if run.outcome is not Outcome.COMPLETED or (need != "any" and shipped.failed):
         return math.inf
-    limits = loop_limits(allowed)
-    shares = [run.judged_error(name) / limit if limit else math.inf for name, limit in limits.items()]
-    if need == "within" and shipped.driven and LOOPS in limits:
-        shares.append(shipped.gap / limits[LOOPS] if limits[LOOPS] else math.inf)
+    shares = [run.judged_error(name) / limit if limit else math.inf for name, limit in loop_limits(allowed).items()]
+    if need == "within":
+        shares.append(shipped.gap / opening if opening else math.inf)
     return math.inf if any(math.isnan(share) for share in shares) else max(shares)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from conrod.comparison.other_forces import CONTACT
 from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.loop_results import FEWEST_STEPS, LOOPS, LoopRun, LoopStudy
 from conrod.models.loops.error_words import shipped_words, with_share
@@ -35,9 +36,12 @@ def settings_words(study: LoopStudy) -> str:
                 f"{shipped_words(search.coarser_shipped)}"
             )
     said = f"{said} ({times}){beyond}."
-    return (
-        f"{said} With these and its own actuators the file {shipped_words(search.shipped)}." if search.shipped else said
-    )
+    if search.shipped is None:
+        return said
+    touched = (*best.acting, *search.shipped.acting)
+    harder = search.after_compiling and any(one.kind == CONTACT for one in touched)
+    contacts = " Contacts of the bodies whose weights are scaled harden with its loops." if harder else ""
+    return f"{said} With these and its own actuators the file {shipped_words(search.shipped)}.{contacts}"
 
 
 def _trial_words(study: LoopStudy, run: LoopRun) -> str:
