@@ -11,7 +11,9 @@ import mujoco
 import pytest
 from four_bars import four_bar, in_millimetres
 
+from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
+from conrod.mjcf.loop_results import LoopRun
 from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.report import finding, next_step, sections, settings_to_paste
 from conrod.models.inspection.results import Inspection, InspectionRequest
@@ -291,3 +293,11 @@ def test_the_next_command_is_one_that_the_model_takes(tmp_path: Path, actuator: 
     if found.moving.actuators[0].kind == "position":
         _, law = next_step(found).rsplit("=", 1)
         assert inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": law}), "model").passed
+
+
+def test_joints_that_are_held_are_named_as_held(tmp_path: Path) -> None:
+    found = inspected(CLOSED, tmp_path)
+    run = LoopRun("as it is", 1e-3, Outcome.DIVERGED, "not finite at 0.1 s", gap=1.0)
+    motion = loop_study(runs=(run,))
+    lines = said(replace(found, motion=motion, drives={"crank": "60rpm", "pin": "hold"}), "exact")
+    assert lines.splitlines()[0] == "driven by crank=60rpm (held: pin) it ends as diverged: not finite at 0.1 s"

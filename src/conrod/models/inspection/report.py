@@ -22,6 +22,7 @@ from conrod.report.terminal import PrintedPart, verdict_line
 MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
 START_MOVED = "the motion starts from"
+HOLD = "hold"  # law of a joint that stays where it stands
 MAX_ALARMS = 2  # of actuators in the first sentences
 SWING_SIZES = {"rad": (math.radians(20.0), "deg"), "m": (0.02, "mm")}  # of a first law, by a servo's unit
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
@@ -128,7 +129,9 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     if motion is None:
         yield f"not judged: {study.not_judged}"
         return
-    drives = " and ".join(f"{joint}={law}" for joint, law in study.drives.items())
+    moved = [f"{joint}={law}" for joint, law in study.drives.items() if law != HOLD]
+    held = [joint for joint, law in study.drives.items() if law == HOLD]
+    drives = " and ".join(moved) + (f" (held: {_listed(held)})" if held else "")
     own = motion.own
     if own.outcome is not Outcome.COMPLETED:
         yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
