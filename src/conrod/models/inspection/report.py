@@ -129,9 +129,9 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     if motion is None:
         yield f"not judged: {study.not_judged}"
         return
-    moved = [f"{joint}={law}" for joint, law in study.drives.items() if law != HOLD]
+    driven = [f"{joint}={law}" for joint, law in study.drives.items() if law != HOLD]
     held = [joint for joint, law in study.drives.items() if law == HOLD]
-    drives = " and ".join(moved) + (f" (held: {_listed(held)})" if held else "")
+    drives = " and ".join(driven) + (f" (held: {_listed(held)})" if held else "")
     own = motion.own
     if own.outcome is not Outcome.COMPLETED:
         yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
