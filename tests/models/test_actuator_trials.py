@@ -85,6 +85,23 @@ def test_slow_servo_is_said_to_move_on() -> None:
     assert any("ends" in alarm for alarm in weak.alarms)
 
 
+BOUNCING = """<mujoco><option timestep="0.002"/><worldbody>
+  <geom name="floor" type="plane" size="1 1 0.1" pos="0 0 -0.1"/>
+  <body><joint name="lift" type="slide" axis="0 0 1"/><geom name="ball" size="0.05" mass="2" solref="-20000 0"/></body>
+  </worldbody><actuator><position joint="lift" kp="2000" ctrlrange="-0.4 0.4" DAMPING/></actuator></mujoco>"""
+
+
+def test_obstacle_is_named_of_a_servo_that_rests_alone() -> None:
+    def alarms(damping: str) -> str:
+        return " ".join(try_one(mujoco.MjModel.from_xml_string(BOUNCING.replace("DAMPING", damping))).alarms)
+
+    assert "contact of ball and floor in the way" in alarms('dampratio="1"')
+    # What swings touches the floor too, now and then.
+    swinging = alarms("")
+    assert "still swings" in swinging
+    assert "in the way" not in swinging
+
+
 def test_settling_time_is_that_of_plain_mujoco(healthy: ActuatorResult) -> None:
     response = healthy.responses[0]
     values = plain_response(servo('dampratio="1"'), 0.0, response.target, 1.0)

@@ -142,7 +142,9 @@ def _try_position(bench: TrialBench, result: ActuatorResult, *, search: bool) ->
             sag = float(run.values[-max(1, len(run.values) // 10) :].mean()) - begin
         else:
             near = abs(run.values[-1] - target) <= 0.05 * abs(target - before)
-            met = () if near else obstacles(bench, copy.copy(data))
+            # What swings touches this and that: what it touches at the last instant does not hold it off.
+            rests = is_settled(run.values, target - before)
+            met = obstacles(bench, copy.copy(data)) if rests and not near else ()
             responses.append(
                 measure_step(
                     run.values, run.forces, bench.step, responses[-1].final if responses else begin + sag, target, met
