@@ -40,11 +40,17 @@ def site() -> Any:
 
 
 @pytest.fixture(scope="module")
-def entrance(site: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def batches(site: Any) -> dict[str, Batch]:
+    """Each page of a committed report with the files that it is made of."""
+    return dict(site.reports())
+
+
+@pytest.fixture(scope="module")
+def entrance(site: Any, batches: dict[str, Batch], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The first page of the catalogue, as the site has it."""
     page, file = "reports/catalogue/README.md", tmp_path_factory.mktemp("site") / "catalogue.html"
     target = site.addresses(page, site.pages())
-    file.write_text(html_document(page_sections(dict(site.reports())[page], outside=target)))
+    file.write_text(html_document(page_sections(batches[page], outside=target)))
     return file
 
 
@@ -120,14 +126,14 @@ def weight(batch: Batch) -> int:
 
 
 @pytest.mark.parametrize("page", [*HEAVIEST, pytest.param("", marks=pytest.mark.slow)])
-def test_page_of_a_report_weighs_at_most_half_a_megabyte(page: str, site: Any) -> None:
-    weights = {name: weight(batch) for name, batch in site.reports() if name.startswith(page) or not page}
+def test_page_of_a_report_weighs_at_most_half_a_megabyte(page: str, batches: dict[str, Batch]) -> None:
+    weights = {name: weight(batch) for name, batch in batches.items() if name.startswith(page) or not page}
     assert weights
     assert {name: size for name, size in weights.items() if size > MOST} == {}
 
 
-def test_a_heavy_figure_is_noticed(site: Any) -> None:
-    batch = dict(site.reports())["reports/limits/cam-follower.md"]
+def test_a_heavy_figure_is_noticed(batches: dict[str, Batch]) -> None:
+    batch = batches["reports/limits/cam-follower.md"]
     drawn = next(name for name in batch.files if name.endswith("-steps.svg"))
     heavy = str(batch.files[drawn]).replace("</svg>", f'<path d="M0 0{"h1v1" * (MOST // 4)}"/></svg>')
     assert weight(batch) <= MOST < weight(Batch(batch.folder, {**batch.files, drawn: heavy}))
@@ -159,13 +165,13 @@ def test_pasted_lines_of_a_point_give_its_settings() -> None:
 
 # The page of limits is the heaviest of all, and has the same script.
 @pytest.mark.parametrize("name", ["sweep/cam-follower", pytest.param("limits/saw-500rpm", marks=pytest.mark.slow)])
-def test_click_and_keyboard_show_the_words_of_a_point(name: str, site: Any, tmp_path: Path) -> None:
+def test_click_and_keyboard_show_the_words_of_a_point(name: str, batches: dict[str, Batch], tmp_path: Path) -> None:
     kind = kind_named(name.partition("/")[0])
     file = ROOT / "reports" / name.replace("/", "/data/")
     findings = restore_findings(kind.findings, json.loads(file.with_suffix(".json").read_text()))
     figures = kind.page_of(Part("", findings, "", "")).figures
     known = {(*words.split("\n", 1), "")[:2] for figure in figures for *_, words in figure.laid_out_spots()}
-    (tmp_path / "p.html").write_text(html_document(page_sections(dict(site.reports())[f"reports/{name}.md"])))
+    (tmp_path / "p.html").write_text(html_document(page_sections(batches[f"reports/{name}.md"])))
     with browser() as page:
         open_page(page, tmp_path / "p.html")
         page.execute_script("document.querySelectorAll('details').forEach((one) => { one.open = true; })")

@@ -24,6 +24,11 @@ FOLDER = "figures"
 Spot: TypeAlias = tuple[float, float, str]
 
 
+def no_spots(_: Canvas) -> Iterable[Spot]:
+    """Return no spot, for a figure that has none."""
+    return ()
+
+
 @dataclass(frozen=True)
 class Figure:
     """A figure of a report.
@@ -38,7 +43,7 @@ class Figure:
     name: str
     alt: str
     draw: Callable[[], Canvas | str]
-    spots: Callable[[Canvas], Iterable[Spot]] = lambda _: ()
+    spots: Callable[[Canvas], Iterable[Spot]] = no_spots
 
     @property
     def file(self) -> str:
@@ -54,7 +59,9 @@ class Figure:
             return safe_svg(drawn if isinstance(drawn, str) else svg_text(drawn))
 
     def laid_out_spots(self) -> list[Spot]:
-        """Draw and lay out the figure, and return its spots."""
+        """Draw and lay out the figure, and return its spots; a figure without spots is not drawn."""
+        if self.spots is no_spots:
+            return []
         from conrod.report.charts.canvas import drawing_style
 
         with drawing_style():
