@@ -118,6 +118,17 @@ def start_words(model: mujoco.MjModel, keyframe: int | None, controls: Iterable[
     return f"{words} with {list_names(inputs)}" if inputs else words
 
 
+def check_model_path(path: Path) -> None:
+    """Refuse a path that is no readable file, or that MuJoCo cannot open.
+
+    Raises:
+        InvalidInput: says why.
+    """
+    check_readable(path)
+    if str(path) != os.fsencode(path).decode(errors="replace"):
+        raise InvalidInput(f"{path}: its name is no UTF-8, and MuJoCo cannot open it: rename it")
+
+
 def load_model(path: Path) -> mujoco.MjModel:
     """Load and compile an MJCF, URDF or binary model file.
 
@@ -127,9 +138,7 @@ def load_model(path: Path) -> mujoco.MjModel:
     Raises:
         InvalidInput: the file is missing, does not parse or compile, or includes a missing file.
     """
-    check_readable(path)
-    if str(path) != os.fsencode(path).decode(errors="replace"):
-        raise InvalidInput(f"{path}: its name is no UTF-8, and MuJoCo cannot open it: rename it")
+    check_model_path(path)
     with silence_warnings():
         try:
             if path.suffix.lower() == ".mjb":

@@ -14,7 +14,7 @@ import numpy as np
 
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
-from conrod.mjcf.loading import list_names, load_model
+from conrod.mjcf.loading import check_model_path, list_names, load_model
 from conrod.mjcf.unit_of_length import convert_to_metres
 
 MAX_INCLUDES = 200  # files that are included, one in the other or side by side
@@ -76,6 +76,7 @@ def load_with_notes(path: Path, unit: float = 1.0) -> tuple[mujoco.MjModel, tupl
     Raises:
         InvalidInput: the file cannot be used, or what is missing cannot be left out; says why.
     """
+    check_model_path(path)
     notes: tuple[str, ...] = ()
     try:
         model = load_model(path)
