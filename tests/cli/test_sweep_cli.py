@@ -53,7 +53,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_confirmed_recommendation_as_pasted_keeps_its_error(folder: Path) -> None:
     text = (folder / "first.txt").read_text()
-    for words in ("of 0.001 allowed", "confirmed: as pasted", "start at 37 deg", "five revolutions", "speed +10%"):
+    for words in (
+        "of 0.001 (0.21 mm) allowed",
+        "confirmed: as pasted",
+        "start at 37 deg",
+        "five revolutions",
+        "speed +10%",
+    ):
         assert words in text, words
     # The pasted statements are run on what stands for a `pymunk.Space`, and what they set is run on the machine.
     steps: list[float] = []
