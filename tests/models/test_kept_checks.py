@@ -155,6 +155,13 @@ def test_a_ledger_that_cannot_be_used_costs_no_check(
     assert broken.read_text() == "a diary\n"
 
 
+def test_a_check_of_an_odd_name_is_kept_and_of_no_file_is_made(model: Path, judge: Judge) -> None:
+    odd = model.rename(model.with_name("m\udce9.xml"))
+    assert [check(odd), check(odd)] == ["m\udce9.xml 1"] * 2
+    missing = model.with_name("missing.xml")
+    assert [check(missing), check(missing)] == ["missing.xml 2", "missing.xml 3"]
+
+
 @pytest.mark.slow
 def test_conrod_check_recalls_a_model_and_sees_a_changed_include(tmp_path: Path) -> None:
     text = (Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml").read_text()

@@ -68,7 +68,7 @@ def check_or_recall(
     # A file that was changed meanwhile may be another one than the task has read.
     if _can_be_restored(kind, values) and _key_of(task, path, beside, arguments) == key:
         with suppress(InvalidInput), Ledger.open(runs.ledger_file) as ledger:
-            ledger.keep_checked_file(key, str(path), values)
+            ledger.keep_checked_file(key, str(path).encode(errors="replace").decode(), values)
     return found
 
 
@@ -89,7 +89,10 @@ def _can_be_restored(kind: type[Any], values: Any) -> bool:
 
 def _key_of(task: str, path: Path, beside: str, arguments: tuple[Any, ...]) -> str | None:
     """Digest of all that determines what a task finds in a model file; None if that cannot be told."""
-    digests = [model_digest(Path(one)) for one in (path, beside) if str(one)]
+    try:
+        digests = [model_digest(Path(one)) for one in (path, beside) if str(one)]
+    except OSError:  # what cannot be read is for the task to say
+        return None
     if None in digests:
         return None
     determining = {
