@@ -50,9 +50,12 @@ def check_or_recall(
     key = None if runs is None else _key_of(task, path, beside, arguments)
     if runs is None or key is None:
         return _call_by_name(task, kind, path, arguments)
+    kept = None
     try:
-        with Ledger.open_for_reading(runs.ledger_file) as ledger:
-            kept = None if runs.fresh else ledger.checked_file(key)
+        # Reading would make a ledger where there is none, which a refused check is not to leave.
+        if runs.ledger_file.exists() and not runs.fresh:
+            with Ledger.open_for_reading(runs.ledger_file) as ledger:
+                kept = ledger.checked_file(key)
     except InvalidInput:
         if runs.ledger is not None:
             raise
