@@ -112,7 +112,8 @@ class _LoopBench:
         tree = tree_of(model, data.qpos)
         if not tree.closures:
             off = inactive_words(model)
-            raise OutsideLoopsError(f"it has no closed loop{f': {off}' if off else ''}")
+            # Closures that are switched off are a slip; without any, its actuators and joints are looked at instead.
+            raise (InvalidInput if off else OutsideLoopsError)(f"it has no closed loop{f': {off}' if off else ''}")
         laws, held = laws_of(model, tree, question)
         seconds, step = question.seconds or duration(laws), float(model.opt.timestep)
         if not 2.0 * step <= seconds <= MAX_STEPS * step:
