@@ -75,7 +75,9 @@ def test_validate_takes_settings_where_no_option_is_given(
     assert "preset" not in said
 
 
-def test_check_without_a_file_judges_the_models_of_the_project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_check_without_a_file_judges_the_models_of_the_project(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_once: None
+) -> None:
     shutil.copy(SAW, tmp_path / "saw.xml")
     model = (
         '[[tool.conrod.models]]\nfile = "saw.xml"\nscene = "saw-500rpm"\ncrank = "crank"\npoints = { C = "site:C" }\n'

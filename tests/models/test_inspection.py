@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +16,7 @@ from handmade_studies import loop_study
 
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
-from conrod.mjcf.loop_results import LoopRun
+from conrod.mjcf.loop_results import LABELS, LoopRun
 from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.report import finding, next_step, sections, settings_to_paste
 from conrod.models.inspection.results import Inspection, InspectionRequest
@@ -32,23 +34,38 @@ MESHES = """<mujoco><compiler meshdir="parts"/>
   </worldbody><sensor><framepos objtype="geom" objname="skin"/></sensor></mujoco>"""
 
 
+@contextmanager
+def cheap_runs() -> Iterator[None]:
+    """Motion is judged with few runs and settings, which are timed coarsely."""
+    with pytest.MonkeyPatch.context() as patch:
+        cheaper = {"COARSER": (2,), "FINER": (1,), "SEARCHED": LABELS, "MAX_SAMPLES": 100, "CHECKED_INSTANTS": 25}
+        for name, cheap in cheaper.items():
+            patch.setattr(f"conrod.models.loops.study.{name}", cheap)
+        patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+        yield
+
+
 @pytest.fixture(autouse=True)
 def unjudged(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No motion is judged but where a test is marked so, and then with few runs, which are timed coarsely."""
-
-    def refuse(*_: object) -> None:
-        raise InvalidInput("not judged in this test")
-
+    """No drive is chosen and no motion judged but in the fixtures below; and lint looks at short runs."""
+    monkeypatch.setattr("conrod.models.lint.linting.DEFAULT_STEPS", 200)
     if "judged" not in request.fixturenames:
-        monkeypatch.setattr("conrod.models.inspection.study.judge_motion", refuse)
-    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 25}.items():
-        monkeypatch.setattr(f"conrod.models.loops.study.{name}", cheap)
-    monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+        chosen = f"{inspect.__module__}.choose_drives"
+        monkeypatch.setattr(chosen, lambda *_: ({}, "not judged in this test"))
 
 
 @pytest.fixture
-def judged() -> None:
-    """The motion is judged."""
+def judged() -> Iterator[None]:
+    """A drive is chosen and the motion is judged."""
+    with cheap_runs():
+        yield
+
+
+@pytest.fixture(scope="module")
+def closed(tmp_path_factory: pytest.TempPathFactory) -> Inspection:
+    """The closed four-bar, its motion judged: for all tests that look at it, or change some of what was found."""
+    with cheap_runs():
+        return inspected(CLOSED, tmp_path_factory.mktemp("closed"))
 
 
 def inspected(text: str, folder: Path, name: str = "model.xml", **question: object) -> Inspection:
@@ -111,36 +128,35 @@ def test_urdf_is_read_and_what_it_loses_is_said(tmp_path: Path) -> None:
     assert "1 <transmission>: no actuator is made of it" in words
 
 
-def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path) -> None:
+def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path, closed: Inspection) -> None:
     text = in_millimetres(CLOSED)
     typed = inspected(text, tmp_path)
     assert "m long: is the model in millimetres? --unit mm says so" in said(typed, "load")
-    found, right = inspected(text, tmp_path, unit=1e-3), inspected(CLOSED, tmp_path, "metres.xml")
-    assert found.loading.remarks == right.loading.remarks == ()
-    assert found.loading.across == pytest.approx(right.loading.across, rel=1e-9)
-    assert found.loading.mass == pytest.approx(right.loading.mass, rel=1e-9)
+    found = inspected(text, tmp_path, unit=1e-3)
+    assert found.loading.remarks == closed.loading.remarks == ()
+    assert found.loading.across == pytest.approx(closed.loading.across, rel=1e-9)
+    assert found.loading.mass == pytest.approx(closed.loading.mass, rel=1e-9)
 
 
 # -- does it close? ----------------------------------------------------------------------------------------------------
 
 
-def test_a_closed_four_bar_has_nothing_in_its_way(tmp_path: Path, judged: None) -> None:
-    found = inspected(CLOSED, tmp_path)
-    assert found.passed
-    assert found.closing.start.largest < 1e-9
-    assert finding(found).startswith("It loads and closes. Driven by crank it is 0.12 mm off its exact motion")
-    assert "no actuator drives it" in said(found, "moves")
-    assert dict(found.drives) == {"crank": "60rpm"}
-    assert "--drive crank=60rpm --tolerance position=0.2mm" in next_step(found)
-    settings = said(found, "what to set")
+def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
+    assert closed.passed
+    assert closed.closing.start.largest < 1e-9
+    assert finding(closed).startswith("It loads and closes. Driven by crank it is 0.12 mm off its exact motion")
+    assert "no actuator drives it" in said(closed, "moves")
+    assert dict(closed.drives) == {"crank": "60rpm"}
+    assert "--drive crank=60rpm --tolerance position=0.2mm" in next_step(closed)
+    settings = said(closed, "what to set")
     assert settings.startswith("nothing: its own settings are within 0.20 mm, a thousandth of its range of motion")
     assert "The cheapest that holds position 0.20 mm (0.0010 L): " in settings
-    assert not [*settings_to_paste(found)]
+    assert not [*settings_to_paste(closed)]
     # Control: where its own do not hold, the lines of those that do are there to paste.
-    motion = found.motion
+    motion = closed.motion
     assert motion is not None
     off = replace(motion.own, errors={**motion.own.errors, "position": 3e-4})
-    titles = [title for title, _ in settings_to_paste(replace(found, motion=replace(motion, runs=(off,))))]
+    titles = [title for title, _ in settings_to_paste(replace(closed, motion=replace(motion, runs=(off,))))]
     assert titles[0] == "the cheapest settings within tolerance, to paste before </mujoco>"
 
 
@@ -297,9 +313,8 @@ def test_the_next_command_is_one_that_the_model_takes(tmp_path: Path, actuator: 
         assert inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": law}), "model").passed
 
 
-def test_joints_that_are_held_are_named_as_held(tmp_path: Path) -> None:
-    found = inspected(CLOSED, tmp_path)
+def test_joints_that_are_held_are_named_as_held(closed: Inspection) -> None:
     run = LoopRun("as it is", 1e-3, Outcome.DIVERGED, "not finite at 0.1 s", gap=1.0)
     motion = loop_study(runs=(run,))
-    lines = said(replace(found, motion=motion, drives={"crank": "60rpm", "pin": "hold"}), "exact")
+    lines = said(replace(closed, motion=motion, drives={"crank": "60rpm", "pin": "hold"}), "exact")
     assert lines.splitlines()[0] == "driven by crank=60rpm (held: pin) it ends as diverged: not finite at 0.1 s"
