@@ -11,6 +11,7 @@ from conrod.engines import engine_style
 from conrod.execution.result import JudgedResult, SceneResults
 from conrod.execution.tolerances import Scales, judged_scale, scene_scales
 from conrod.report import numbers
+from conrod.report.opening import KINEMATIC, engine_sentences
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.scenes import Scene
@@ -19,7 +20,6 @@ PLAIN_NAMES = {
     "velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open",
     "angular_velocity": "angular velocity", "angular_acceleration": "angular acceleration",
 }  # fmt: skip
-KINEMATIC = "kinematic mode"
 DISTRUST_ADVICE = "This is an error of conrod, not of the engine or the model; please report it."
 
 MIN_ACCELERATION_LACK = (
@@ -112,7 +112,7 @@ def scene_verdict(study: SceneResults[Any]) -> str:
         for one in study.results
         if one.passed is False
     ]
-    return f"{study.name}: {'; '.join(failed) or summary_words(study.results)}"
+    return f"{study.name}: {'; '.join(failed) or summary_words(study.results, study.scene.lengths)}"
 
 
 def distrust_words(findings: Any) -> str:
@@ -139,21 +139,28 @@ def verdict_cell(result: JudgedResult, scene: Scene, more: str = "") -> Cell:
     return words if result.passed is None else ColouredCell(words, "good" if result.passed else "bad")
 
 
-def summary_words(results: Iterable[JudgedResult]) -> str:
-    """Return the verdict on a scene's results in a sentence or two."""
-    judged = [r for r in results if r.passed is not None]
+def summary_words(results: Iterable[JudgedResult], lengths: Mapping[str, float] = MappingProxyType({})) -> str:
+    """Return how far off a scene's results are, and the verdict on them, in a few sentences.
+
+    Args:
+        lengths: L of each observed point [m]; without them no sizes are said.
+    """
+    found = list(results)
+    judged = [r for r in found if r.passed is not None]
     failed = [r for r in judged if not r.passed]
     if doubted := [r for r in judged if r.distrust]:
         names = ", ".join(" ".join(engine_and_preset(r)) for r in doubted)
         return f"Cannot be trusted ({names}): {doubted[0].distrust}. {DISTRUST_ADVICE}"
-    if not judged:
-        return "Nothing was judged."
-    if not failed:
+    sizes = engine_sentences(found, lengths, lacking_words)
+    said = [] if judged else ["Nothing was judged."]
+    if failed:
+        names = ", ".join(" ".join(engine_and_preset(r)) for r in failed)
+        said.append(f"{len(failed)} of {len(judged)} judged results did not pass: {names}.")
+    elif judged and not sizes:
         count = "The judged result is" if len(judged) == 1 else f"All {len(judged)} judged results are"
         lacking = dict.fromkeys(filter(None, map(lacking_words, judged)))
-        return f"{count} within tolerance{next(iter(lacking), '')}."
-    names = ", ".join(" ".join(engine_and_preset(r)) for r in failed)
-    return f"{len(failed)} of {len(judged)} judged results did not pass: {names}."
+        said.append(f"{count} within tolerance{next(iter(lacking), '')}.")
+    return " ".join([*said, *sizes])
 
 
 def versions_words(results: Iterable[JudgedResult]) -> str:
@@ -195,7 +202,7 @@ def scene_summary(study: SceneResults[R], more: Callable[[R], Mapping[str, Any]]
         }
         for r in study.results
     ]
-    return {"passed": study.passed, "verdict": summary_words(study.results), "results": results}
+    return {"passed": study.passed, "verdict": summary_words(study.results, study.scene.lengths), "results": results}
 
 
 def scene_description(scene: Scene) -> str:

@@ -13,6 +13,7 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, label
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Part
+from conrod.report.opening import index_words
 from conrod.report.results import scene_summary, scene_verdict
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.scenes import Scene
@@ -196,12 +197,8 @@ def unsupported_table(entries: Mapping[str, Mapping[str, Any]]) -> Table:
 
 
 def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say of how many machines all judged results are within tolerance."""
-    failed = [name for name, entry in entries.items() if entry["summary"]["passed"] is False]
-    said = f"{len(entries)} machines: "
-    return (
-        f"{said}not within tolerance: {', '.join(failed)}." if failed else f"{said}all judged results within tolerance."
-    )
+    """Say of how many machines how far off engines are, and whether all judged results are within tolerance."""
+    return f"{len(entries)} machines. {index_words(entries)}"
 
 
 VALIDATION_REPORT = Kind(

@@ -14,13 +14,14 @@ from conrod.exact.link_rotations import ROTATIONS, rotation_scales
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.families import VALUE_SIGN
 from conrod.report import numbers
-from conrod.report.results import distrusted_scenes, engine_and_preset, results_table
+from conrod.report.results import distrusted_scenes, engine_and_preset, results_table, summary_words
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
-from conrod.report.terminal import PrintedPart
+from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.studies.validation.results import DefectVerdict, Qualification, SceneStudy, ValidationResult
 
 JUDGED = (*QUANTITIES, "total", "velocity_rms", "phase")
 TITLE = "largest error over the run, normalised by L, ω L, ω² L"
+MAX_OPENING_LINES = 8
 
 
 def dynamic_results(study: SceneStudy) -> list[ValidationResult]:
@@ -235,10 +236,21 @@ def settings_tables(study: SceneStudy) -> list[Table]:
     return found
 
 
+def _opening_lines(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
+    """Yield how far off each scene's results are, for a few scenes; of many, the table tells."""
+    if len(studies) > MAX_OPENING_LINES:
+        return
+    for study in studies:
+        if not any(run.distrust for run in study.results):
+            passed = None if all(run.passed is None for run in study.results) else study.passed
+            yield verdict_line(f"{study.name}: {summary_words(study.results, study.scene.lengths)}", passed)
+
+
 def results_to_print(studies: Sequence[SceneStudy]) -> Iterator[PrintedPart]:
     """Yield errors, orders and verdicts of all results, and why some are not judged."""
     members = [study for study in studies if VALUE_SIGN in study.name]
     yield from distrusted_scenes(studies)
+    yield from _opening_lines([study for study in studies if VALUE_SIGN not in study.name])
     yield family_table(members)
     if unjudged := dict.fromkeys(
         " ".join(engine_and_preset(r)) for one in members for r in one.results if _is_unjudged(r)
