@@ -18,14 +18,17 @@ def off_by(metres: float, preset: str | None, judged: bool = True) -> Validation
     """A run of the saw that is off by a distance."""
     run = planted_run("saw-500rpm", preset)
     share = metres / OFF
-    errors = {
-        p: {**one, "position": {m: share * e for m, e in one["position"].items()}} for p, one in run.errors.items()
-    }
+    assert run.errors
+    position = {p: {m: share * size for m, size in (one["position"] or {}).items()} for p, one in run.errors.items()}
+    errors = {p: {**one, "position": position[p]} for p, one in run.errors.items()}
     return replace(run, errors=errors, passed=True if judged else None)
 
 
 RUNS = (off_by(7.9e-3, "stock", judged=False), off_by(8e-8, "tuned"), off_by(1e-11, "hardened"))
-SAID = "MuJoCo as it comes (stock) is 7.9 mm off (not judged); tuned 8.0e-5 mm and hardened 1.0e-8 mm are within tolerance."
+SAID = (
+    "MuJoCo as it comes (stock) is 7.9 mm off (not judged); "
+    "tuned 8.0e-5 mm and hardened 1.0e-8 mm are within tolerance."
+)
 
 
 def test_opening_names_the_offset_of_what_is_not_judged() -> None:

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_style
+from conrod.engines.engine import STOCK
 from conrod.execution.result import JudgedResult, SceneResults
 from conrod.execution.tolerances import Scales, judged_scale, scene_scales
 from conrod.report import numbers
-from conrod.report.opening import KINEMATIC, engine_sentences
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart, verdict_line
 from conrod.scenes import Scene
 
+KINEMATIC = "kinematic mode"
 PLAIN_NAMES = {
     "velocity_rms": "velocity (rms)", "total": "position at time t", "closure": "loops open",
     "angular_velocity": "angular velocity", "angular_acceleration": "angular acceleration",
@@ -25,6 +27,8 @@ DISTRUST_ADVICE = "This is an error of conrod, not of the engine or the model; p
 MIN_ACCELERATION_LACK = (
     1e-3  # error of an acceleration, normalised, from which on it is said that an engine lacks a part of it
 )
+
+AS_IT_COMES = "as it comes (stock)"
 
 R = TypeVar("R", bound=JudgedResult)
 
@@ -151,7 +155,7 @@ def summary_words(results: Iterable[JudgedResult], lengths: Mapping[str, float] 
     if doubted := [r for r in judged if r.distrust]:
         names = ", ".join(" ".join(engine_and_preset(r)) for r in doubted)
         return f"Cannot be trusted ({names}): {doubted[0].distrust}. {DISTRUST_ADVICE}"
-    sizes = engine_sentences(found, lengths, lacking_words)
+    sizes = _engine_sentences(found, lengths)
     said = [] if judged else ["Nothing was judged."]
     if failed:
         names = ", ".join(" ".join(engine_and_preset(r)) for r in failed)
@@ -161,6 +165,59 @@ def summary_words(results: Iterable[JudgedResult], lengths: Mapping[str, float] 
         lacking = dict.fromkeys(filter(None, map(lacking_words, judged)))
         said.append(f"{count} within tolerance{next(iter(lacking), '')}.")
     return " ".join([*said, *sizes])
+
+
+def _preset_words(preset: str | None) -> str:
+    """Return a preset's name in a sentence."""
+    return KINEMATIC if preset is None else AS_IT_COMES if preset == STOCK else preset
+
+
+def _offset_words(result: JudgedResult, lengths: Mapping[str, float]) -> str:
+    """Return the largest position error of a run in mm, `7.9 mm`; empty if it has none.
+
+    Args:
+        lengths: L of each observed point [m].
+    """
+    errors = replace(result, weights=None).judged_points("position") if result.completed else {}
+    if not errors or not errors.keys() <= lengths.keys():
+        return ""
+    return f"{numbers.in_mm(errors, lengths)} mm"
+
+
+def _engine_sentence(engine: str, results: Sequence[JudgedResult], lengths: Mapping[str, float]) -> str:
+    """Say how far off an engine's results are, first those that are not judged; empty if there is nothing to say.
+
+    Args:
+        results: of the engine; those that failed are left out.
+    """
+    parts = []
+    for run in results:
+        if run.passed is None and (offset := _offset_words(run, lengths)):
+            parts.append(f"{_preset_words(run.preset)} is {offset} off (not judged)")
+        elif run.passed is None and not run.completed and run.outcome != Outcome.UNSUPPORTED.slug:
+            parts.append(f"{_preset_words(run.preset)} ended as {run.outcome} (not judged)")
+    within = [run for run in results if run.passed]
+    if within:
+        named = [f"{_preset_words(run.preset)} {_offset_words(run, lengths)}".strip() for run in within]
+        verb = "is" if len(within) == 1 else "are"
+        lacking = next(filter(None, map(lacking_words, within)), "")
+        parts.append(f"{joined(named)} {verb} within tolerance{lacking}")
+    return f"{engine_style(engine).title} {'; '.join(parts)}." if parts else ""
+
+
+def _engine_sentences(results: Iterable[JudgedResult], lengths: Mapping[str, float]) -> list[str]:
+    """Say how far off each engine's results are, a sentence each; nothing where no result has a size."""
+    of_engine: dict[str, list[JudgedResult]] = {}
+    for run in results:
+        of_engine.setdefault(run.engine, []).append(run)
+    if not any(_offset_words(run, lengths) for runs in of_engine.values() for run in runs):
+        return []
+    return [said for name, runs in of_engine.items() if (said := _engine_sentence(name, runs, lengths))]
+
+
+def joined(words: Sequence[str]) -> str:
+    """Join words as in a sentence: `a, b and c`."""
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 
 
 def versions_words(results: Iterable[JudgedResult]) -> str:
