@@ -95,6 +95,7 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
     "--ctrl": {"multiple": True, "metavar": "NAME=VALUE", "help": "Control of an actuator [the keyframe's]."},
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
 }
+FINDINGS_HELP = "Results as JSON, JUnit (.xml) or SARIF (.sarif)."
 FAMILY_HELP = "Override a parameter, e.g. crank=80mm; crank=80mm,90mm is a family."
 assignments = click.option("--set", "assignments", **SHARED["--set"])
 ledger = click.option("--ledger", **SHARED["--ledger"])
@@ -241,7 +242,7 @@ class ReportOptions:
     """Options of a verb that reports; None where nothing was given."""
 
     out: str | None = option("--out", OUTPUT)
-    document: str | None = option("--json", OUTPUT, help="Results as JSON, JUnit (.xml) or SARIF (.sarif).")
+    document: str | None = option("--json", OUTPUT, help=FINDINGS_HELP)
     html: str | None = option("--html", OUTPUT)
 
 

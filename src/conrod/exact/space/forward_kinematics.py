@@ -127,6 +127,10 @@ class _ForwardRecursion:
         turn = [np.einsum("ijt,jk->ikt", one, body.turn) for one in above] if body.is_turned else above
         for joint in body.joints:
             place, turn = self._move_by_joint(joint, place, turn)
+        if body.joints and (len(place) < len(turn) or place[0].shape[1] < self.q.shape[1]):
+            # An origin on its joint's axis does not move, and still has a place at each instant.
+            resting = np.zeros((3, self.q.shape[1]))
+            place = [place[0] + resting, *place[1:], *[resting] * (len(turn) - len(place))]
         self.poses.places.append(place)
         self.poses.turns.append(turn)
 
