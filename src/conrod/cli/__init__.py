@@ -22,6 +22,7 @@ from conrod.report.table import one_line, visible_text
 from conrod.slices import SLICES
 
 FAILED = 1  # exit status: out of tolerance, and nothing else; the others are in `conrod.crash`
+COMPLETION = "_CONROD_COMPLETE"  # set by a shell that completes a line
 CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 
 
@@ -84,6 +85,8 @@ def cli() -> None:
 def main() -> None:
     """Run the command line; a user's error is one line and exit status 2, any other error is raised."""
     _prepare()
+    if COMPLETION in os.environ:
+        import_module("conrod.cli.bash_completion")
     try:
         with _warnings_as_lines():
             cli.main(prog_name="conrod", standalone_mode=False)

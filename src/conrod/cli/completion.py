@@ -11,6 +11,7 @@ from click.shell_completion import CompletionItem
 
 from conrod.user_files.endings import MODELS
 
+TYPED = "conrod.typed"  # words of the command line, in the context of a verb
 Completer: TypeAlias = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]
 
 
@@ -53,6 +54,17 @@ def files_with(endings: Sequence[str]) -> Completer:
         return _files(typed, endings)
 
     return files
+
+
+def words_given(context: click.Context) -> list[str]:
+    """Words before the one that is completed which are no option, and no value of one."""
+    options = [one for one in context.command.params if isinstance(one, click.Option) and not one.is_flag]
+    with_value, words, before = {name for one in options for name in one.opts}, list[str](), ""
+    for word in context.meta.get(TYPED, ()):
+        if before not in with_value and not word.startswith("-"):
+            words.append(word)
+        before = word
+    return words
 
 
 def matching_names(names: Iterable[str], typed: str) -> list[CompletionItem]:

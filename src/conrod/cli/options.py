@@ -7,13 +7,14 @@ import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from conrod.cli import completion, say
+from conrod.cli import completion, model_completion, say
+from conrod.cli.completion import TYPED
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
@@ -26,9 +27,6 @@ OPTIONS, OUTPUT, RUNS = "Options", "Output", "Runs and ledger"  # headings
 FILE_FIELDS = (
     "out", "document", "html", "baseline", "accept", "verification", "measured", "limits", "uncertainties", "model"
 )  # fmt: skip
-
-
-TYPED = "conrod.typed"  # words of the command line, in the context of a verb
 
 
 class Option(click.Option):
@@ -91,8 +89,19 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
         "help": "One preset only; `conrod engines` lists them.",
         "shell_complete": completion.presets,
     },
-    "--set": {"multiple": True, "metavar": "NAME=VALUE", "help": "Override a parameter, e.g. --set crank=80mm."},
-    "--ctrl": {"multiple": True, "metavar": "NAME=VALUE", "help": "Control of an actuator [the keyframe's]."},
+    "--set": {
+        "multiple": True,
+        "metavar": "NAME=VALUE",
+        "help": "Override a parameter, e.g. --set crank=80mm.",
+        "shell_complete": model_completion.parameters,
+    },
+    "--ctrl": {
+        "multiple": True,
+        "metavar": "NAME=VALUE",
+        "help": "Control of an actuator [the keyframe's].",
+        "shell_complete": partial(model_completion.names, kinds=("actuator",), ending="="),
+    },
+    "--keyframe": {"shell_complete": partial(model_completion.names, kinds=("key",), more=("qpos0",))},
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
 }
 FINDINGS_HELP = "Results as JSON, JUnit (.xml) or SARIF (.sarif)."

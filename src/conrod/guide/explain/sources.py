@@ -47,6 +47,18 @@ def explanations() -> Iterator[WordMeaning]:
     yield from glossary_terms(glossary_text())
 
 
+def words_to_complete() -> dict[str, None]:
+    """Words that can be explained, but for presets of engines whose libraries take seconds to load."""
+    from conrod.comparison.trajectory import Outcome
+    from conrod.engines import engine_names, presets_of
+
+    kinds = tomllib.loads(files(PACKAGE).joinpath("words.toml").read_text("utf-8"))
+    presets = (preset for engine in engine_names() for preset in presets_of(engine))
+    named = (*(outcome.slug for outcome in Outcome), *kinds["verdict"], *kinds["quantity"], *presets)
+    terms = (one.word for one in (*_lint_rules(), *glossary_terms(glossary_text())))
+    return dict.fromkeys((*named, *kinds["column"], *terms))
+
+
 def _outcomes(advice: dict[str, str]) -> Iterator[WordMeaning]:
     from conrod.comparison.trajectory import Outcome
 

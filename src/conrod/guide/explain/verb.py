@@ -10,9 +10,11 @@ from conrod.cli import options
 
 def _words(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
     from conrod.cli.completion import matching_names
-    from conrod.guide.explain.sources import explanations
+    from conrod.guide.explain.sources import words_to_complete
 
-    return matching_names(dict.fromkeys(one.word for one in explanations()), typed)
+    before = "".join(f"{word} " for word in context.params.get("words") or ())  # of a term of several words
+    words = (word.removeprefix(before) for word in words_to_complete() if word.startswith(before))
+    return matching_names(words, typed)
 
 
 @options.verb()

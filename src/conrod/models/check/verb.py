@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from conrod.cli import completion, options, waiting
+from conrod.cli import completion, model_completion, options, waiting
 from conrod.cli.options import (
     RUNS,
     VerificationOptions,
@@ -39,11 +40,24 @@ class CheckOptions(VerificationOptions):
     )
     assignments: tuple[str, ...] = option("--set")
     drives: tuple[str, ...] = option(
-        "--drive", multiple=True, metavar="JOINT=LAW", help="No --scene: `60rpm`, `sine:20deg,1Hz`, ..."
+        "--drive",
+        multiple=True,
+        metavar="JOINT=LAW",
+        help="No --scene: `60rpm`, `sine:20deg,1Hz`, ...",
+        shell_complete=partial(model_completion.names, kinds=("hinge", "slide", "actuator"), ending="="),
     )
-    crank: str | None = option("--crank", metavar="JOINT", help="The hinge that is driven.")
+    crank: str | None = option(
+        "--crank",
+        metavar="JOINT",
+        help="The hinge that is driven.",
+        shell_complete=partial(model_completion.names, kinds=("hinge",)),
+    )
     points: tuple[str, ...] = option(
-        "--point", multiple=True, metavar="NAME=site:SITE", help="Observed point, or body: or geom:."
+        "--point",
+        multiple=True,
+        metavar="NAME=site:SITE",
+        help="Observed point, or body: or geom:.",
+        shell_complete=model_completion.points,
     )
     plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. -xz [found].")
     rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis [found].")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import click
+from click.shell_completion import CompletionItem
 from rich.text import Text
 
 from conrod.cli import FAILED, completion, options, waiting
@@ -24,6 +25,13 @@ from conrod.user_files.files import check_model_readable, protected_model_files
 COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}
 
 
+def complete_rules(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
+    """Complete names of rules."""
+    from conrod.models.lint.linting import RULES
+
+    return completion.matching_names(RULES, typed)
+
+
 @dataclass(frozen=True)
 class LintOptions:
     """Options of `conrod lint`, as typed; None or empty where nothing was given."""
@@ -33,7 +41,9 @@ class LintOptions:
     )
     controls: tuple[str, ...] = option("--ctrl")
     seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
-    ignored: tuple[str, ...] = option("--ignore", multiple=True, metavar="RULE", help="Leave a rule out.")
+    ignored: tuple[str, ...] = option(
+        "--ignore", multiple=True, metavar="RULE", help="Leave a rule out.", shell_complete=complete_rules
+    )
     fail_on: str = option(
         "--fail-on",
         type=click.Choice([one.value for one in Severity]),
