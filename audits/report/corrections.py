@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 
 from conrod.models.printed.report import escape_marks, verdict_text
-from conrod.models.printed.verdicts import DIGITS, PrintedVerdict, VerdictKind
+from conrod.models.printed.verdicts import NUMBER_PATTERN, PrintedVerdict, VerdictKind
 from conrod.report.numbers import MISSING, quantity, round_to_digits
 from conrod.report.table import Table, table
 
@@ -16,7 +16,7 @@ IMPORTANCE = (VerdictKind.WRONG_STEP, VerdictKind.MISPRINT)
 
 def is_formula(verdict: PrintedVerdict) -> bool:
     """True if the item is no number."""
-    return not DIGITS.fullmatch(verdict.printed)
+    return not NUMBER_PATTERN.fullmatch(verdict.printed)
 
 
 def code(text: str) -> str:
@@ -44,7 +44,7 @@ def right_text(verdict: PrintedVerdict) -> str:
     """The text that is to stand in its place, with the unit."""
     if verdict.should_be is None:
         return MISSING
-    number = DIGITS.fullmatch(verdict.should_be)
+    number = NUMBER_PATTERN.fullmatch(verdict.should_be)
     if not number and re.search(r"[*^]", verdict.should_be) and " in place of " not in verdict.should_be:
         # A formula is to be copied: no mark of Markdown may come into it.
         return f"**{code(verdict.should_be)}**"

@@ -102,7 +102,12 @@ def test_a_check_is_made_again_by_other_options_or_software(
     assert [check(model, beside=str(beside)), check(model, beside=str(beside))] == ["model.xml 5"] * 2
     beside.write_text("<mujoco />")
     assert check(model, beside=str(beside)) == "model.xml 6"
-    for name, value in (("_own_code", list), ("environment", dict), ("machine_fingerprint", str), ("CACHE_VERSION", 0)):
+    for name, value in (
+        ("_source_stamps", list),
+        ("environment", dict),
+        ("machine_fingerprint", str),
+        ("CACHE_VERSION", 0),
+    ):
         with monkeypatch.context() as patch:
             patch.setattr(kept_checks, name, value)
             calls = judge.calls

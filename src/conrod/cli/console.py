@@ -160,7 +160,7 @@ TERMINAL_COLUMNS = (
 
 
 def ledger_table(rows: Sequence[Mapping[str, Any]], wanted: Sequence[str] = ()) -> Table:
-    """Make a table to read of a ledger's rows: ten columns, or those that are wanted."""
+    """Make a table for the terminal of a ledger's rows: the requested columns, or ten chosen ones."""
     columns = columns_of(rows, wanted) if wanted else TERMINAL_COLUMNS
     right = [name for name in columns if any(isinstance(row.get(name), float) for row in rows)]
     return table(columns, [[_cell(row.get(name)) for name in columns] for row in rows], right=right)

@@ -18,7 +18,7 @@ KEYS = ("engines", "preset", "tolerance", "models")
 
 @dataclass(frozen=True)
 class ProjectSettings:
-    """What a project's pyproject.toml sets for `conrod validate` and `conrod check`.
+    """Settings of `[tool.conrod]` in a pyproject.toml, for `conrod validate` and `conrod check`.
 
     Attributes:
         file: the pyproject.toml, whose folder the models' paths start from.
@@ -34,12 +34,12 @@ class ProjectSettings:
 
     @property
     def tolerance_text(self) -> str | None:
-        """The tolerance as `--tolerance` takes it; None if there is none."""
+        """The tolerance in the syntax of `--tolerance`; None if the project sets no tolerance."""
         return ",".join(f"{name}={value}" for name, value in self.tolerance.items()) or None
 
 
 def read_project_settings(file: Path | None) -> ProjectSettings | None:
-    """Read `[tool.conrod]` of a pyproject.toml; None if there is no file or no such table.
+    """Read `[tool.conrod]` of a pyproject.toml; None without that file or table.
 
     Raises:
         InvalidInput: the file is no TOML, or a setting is unknown or of the wrong kind.
@@ -80,7 +80,7 @@ def _parse_settings(file: Path, given: Any) -> ProjectSettings:
 
 
 def check_project_models(*, given_options: bool) -> None:
-    """Judge the models that the project's pyproject.toml names, one after the other; exit with 1 if one fails.
+    """Judge each model named in the project's pyproject.toml; exit with status 1 if any fails.
 
     Args:
         given_options: whether options were typed, which go with a file alone.

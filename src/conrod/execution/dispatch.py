@@ -78,10 +78,10 @@ def run_cases(
     watcher.on_start(len(by_key), len(by_key) - len(waiting))
     _run_and_keep(waiting, ledger, executor, fresh, watcher)
 
-    def read(block: Mapping[str, Case]) -> dict[str, Any]:
+    def read_block(block: Mapping[str, Case]) -> dict[str, Any]:
         return _read_or_run_again(block, ledger, executor, watcher)
 
-    return KeptResults(by_key, read) if len(by_key) > RESULTS_AT_ONCE else read(by_key)
+    return KeptResults(by_key, read_block) if len(by_key) > RESULTS_AT_ONCE else read_block(by_key)
 
 
 def _read_or_run_again(

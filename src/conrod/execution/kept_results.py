@@ -13,7 +13,7 @@ RESULTS_AT_ONCE, BLOCKS_IN_MEMORY = 1000, 2
 
 
 class KeptResults(Mapping[str, Any]):
-    """Results of finished cases by key, of which only the last blocks read are in memory."""
+    """Results of finished cases by key, read when looked up; only recent blocks stay in memory."""
 
     def __init__(self, cases: Mapping[str, Case], read: Callable[[Mapping[str, Case]], Mapping[str, Any]]) -> None:
         """Read nothing yet.

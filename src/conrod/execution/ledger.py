@@ -179,7 +179,7 @@ class Ledger:
     # -- checks of files ---------------------------------------------------------------------------------------------
 
     def checked_file(self, key: str) -> dict[str, Any] | None:
-        """Plain values of what was found in a user's file; None if nothing readable is kept under the key."""
+        """Read the saved findings about a user's file, as plain values; None if the key has none."""
         with name_ledger_in_errors(self.path):
             if not self._has_checks():
                 return None
@@ -189,7 +189,7 @@ class Ledger:
         return values["found"] if isinstance(values, dict) and values.get("key") == key else None
 
     def keep_checked_file(self, key: str, name: str, values: Any) -> None:
-        """Save the plain values of what was found in a user's file; they replace those saved before."""
+        """Save the findings about a user's file, as plain values, under a key; replace earlier ones."""
         text = json.dumps({"key": key, "found": values}, separators=(",", ":")).encode()
         with name_ledger_in_errors(self.path), self._begin_transaction():
             self._connection.execute(CHECKS_TABLE)

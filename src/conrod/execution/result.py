@@ -81,7 +81,7 @@ class JudgedResult(CaseResult, ABC):
         return {}
 
     def own_scales(self) -> Scales:
-        """SI size of a share of 1 by quantity, for what the scene's motion does not tell."""
+        """SI size of a share of 1, by quantity that the scene's motion gives no scale for."""
         return {}
 
     def with_verdict(self, asked: Mapping[str, Limit] | None = None, scales: Scales = MappingProxyType({})) -> Self:

@@ -86,7 +86,7 @@ def _result_columns(result: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def columns_of(rows: Sequence[Mapping[str, Any]], wanted: Sequence[str] = ()) -> list[str]:
-    """Names of the columns that any row has, or of those that are wanted.
+    """Names of the requested columns, or of all columns that any row has.
 
     Raises:
         InvalidInput: no row has a column that is wanted; names the nearest.

@@ -22,7 +22,7 @@ from conrod.scenes import Scene
 
 COST_TIMEOUT = 60.0  # [s] for a timing of some tenths
 
-DIGITS = 3  # of a cost that are kept: further ones are noise
+COST_DIGITS = 3  # of a cost that are kept: further ones are noise
 
 
 def cost_of_run(machine: Machine, settings: Settings) -> PairedTiming | None:
@@ -49,5 +49,7 @@ def scene_costs(found: Sequence[SceneResults[Any]], scenes: Mapping[str, Scene],
             timing = call_isolated(cost_of_run, scene, settings, timeout=COST_TIMEOUT)
             if timing is not None and not isinstance(timing, FailedCall):
                 name = line_name(study.name, result, several=len(found) > 1)
-                costs[name] = KeptCost(*(float(f"{one:.{DIGITS}g}") for one in (timing.ratio, timing.low, timing.high)))
+                costs[name] = KeptCost(
+                    *(float(f"{one:.{COST_DIGITS}g}") for one in (timing.ratio, timing.low, timing.high))
+                )
     return costs

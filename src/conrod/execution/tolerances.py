@@ -122,7 +122,7 @@ def scene_scales(scene: ExactReference) -> dict[str, dict[str, float]]:
 def scale_tolerance(
     tolerance: Mapping[str, Limit], scales: Scales
 ) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
-    """Convert a tolerance to shares, and weigh the points of those that were given in units.
+    """Convert limits in units (such as mm) to shares, and compute the weights of their points.
 
     A size s is a share s / S of the largest scale S of its points; an error over a point's own scale S_p is then
     weighed by S_p / S, so that no point may be off by more than s, and none need be off by less.
@@ -145,7 +145,7 @@ def scale_tolerance(
 
 
 def judged_scale(errors: Mapping[str, float], scales: Mapping[str, float], *, weighed: bool) -> float | None:
-    """SI size of a share of 1 of a judged error: that of the point with the largest error; None if it is unknown.
+    """SI size of a share of 1 at the point with the largest judged error; None if it is unknown.
 
     Args:
         errors: judged errors by point.

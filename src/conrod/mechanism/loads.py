@@ -144,7 +144,7 @@ class TimePulse:
 
 @dataclass(frozen=True)
 class Sampled:
-    """A force given at instants; before the first and after the last it is what it is there.
+    """A force given at instants; constant before the first and after the last.
 
     Attributes:
         times: instants [s], growing.

@@ -26,7 +26,7 @@ GEOM, XBODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_XBODY)
 
 @dataclass
 class LeftOut:
-    """What was taken out of a model.
+    """Parts deleted from a model because their files or plugins are missing.
 
     Attributes:
         files: names of the files that are not there, by kind of asset.
@@ -66,7 +66,7 @@ class LeftOut:
 
 
 def load_with_notes(path: Path, unit: float = 1.0) -> tuple[mujoco.MjModel, tuple[str, ...]]:
-    """Load a model in metres, without assets and plugins that are not there; and what was left out, in words.
+    """Load a model in metres without its missing assets and plugins; also return notes on them.
 
     To be called in a process of its own, see `load_model`.
 
@@ -108,16 +108,16 @@ def spec_without_missing(path: Path) -> tuple[mujoco.MjSpec, LeftOut] | None:
 
 
 def _compile_without(path: Path, spec: mujoco.MjSpec, left_out: LeftOut) -> mujoco.MjModel:
-    """Compile a model of which parts were left out; raises InvalidInput where it does not compile without them."""
+    """Compile a model whose missing parts were deleted; raises InvalidInput if it needs them."""
     with silence_warnings(), contextlib.chdir(path.resolve().parent):
         try:
             return spec.compile()
         except ValueError as error:
-            raise InvalidInput(_refusal(path, str(error), left_out)) from None
+            raise InvalidInput(_compile_error_words(path, str(error), left_out)) from None
 
 
-def _refusal(path: Path, error: str, left_out: LeftOut) -> str:
-    """Say why a model does not compile without what is missing."""
+def _compile_error_words(path: Path, error: str, left_out: LeftOut) -> str:
+    """Error message for a model that does not compile without its missing parts."""
     if "mass and inertia of moving bodies" in error and left_out.heavy:
         said = "; ".join(f"{list_names(files)} gives {body} its only mass" for body, files in left_out.heavy.items())
         folder = f"beside {path}, or in its meshdir"
@@ -130,7 +130,7 @@ def _refusal(path: Path, error: str, left_out: LeftOut) -> str:
 
 
 def _take_out_missing(spec: mujoco.MjSpec, kind: str, left_out: LeftOut) -> None:
-    """Take assets of a kind whose files are not there out of a model, with all that refers to them."""
+    """Delete a model's assets of a kind whose files are missing, and all references to them."""
     folder = getattr(spec.compiler, ASSET_FOLDERS[kind])
     for asset in list(getattr(spec, kind)):
         files = [*asset.cubefiles, asset.file] if kind == "textures" else [asset.file]
@@ -156,7 +156,7 @@ def _is_there(file: str, folder: str) -> bool:
 
 
 def _take_out_geom(spec: mujoco.MjSpec, geom: Any, file: str, left_out: LeftOut) -> None:
-    """Take a geom out of a model, with pairs and sensors of it, and note what is lost."""
+    """Delete a geom, its pairs and its sensors from a model; record lost contacts and mass."""
     left_out.colliding += bool(geom.contype or geom.conaffinity)
     if _gives_mass(spec, geom):
         left_out.heavy.setdefault(geom.parent.name or "a body", []).append(file)
@@ -170,7 +170,7 @@ def _take_out_geom(spec: mujoco.MjSpec, geom: Any, file: str, left_out: LeftOut)
 
 
 def _gives_mass(spec: mujoco.MjSpec, geom: Any) -> bool:
-    """True if the compiler takes a geom into the mass of a movable body."""
+    """True if MuJoCo's compiler infers mass of a movable body from a geom."""
     body = geom.parent
     from_geom = int(spec.compiler.inertiafromgeom)
     inferred = from_geom == int(mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE) or (
@@ -182,7 +182,7 @@ def _gives_mass(spec: mujoco.MjSpec, geom: Any) -> bool:
 
 
 def _is_moved(body: Any) -> bool:
-    """True if a joint moves a body, or one that it is on."""
+    """True if a body, or an ancestor of it, has a joint."""
     while body is not None and body.name != "world":
         if len(body.joints):
             return True
@@ -196,7 +196,7 @@ def _is_moved(body: Any) -> bool:
 def _parse_without_plugins(path: Path, error: str, left_out: LeftOut) -> mujoco.MjSpec | None:
     """Parse a file without the plugins that MuJoCo does not have; None if it does not parse without them either."""
     try:
-        root = _with_includes(ET.parse(path).getroot(), path.parent, [path])
+        root = _expand_includes(ET.parse(path).getroot(), path.parent, [path])
     except (ET.ParseError, OSError, ValueError):
         return None
     for _ in range(len(list(root.iter("plugin")))):
@@ -211,11 +211,11 @@ def _parse_without_plugins(path: Path, error: str, left_out: LeftOut) -> mujoco.
     return None
 
 
-def _with_includes(element: ET.Element, folder: Path, seen: list[Path]) -> ET.Element:
-    """Replace each include in an XML element by what the file holds, as MuJoCo does."""
+def _expand_includes(element: ET.Element, folder: Path, seen: list[Path]) -> ET.Element:
+    """Replace each <include> below an XML element by the included file's elements, as MuJoCo does."""
     for child in list(element):
         if child.tag != "include":
-            _with_includes(child, folder, seen)
+            _expand_includes(child, folder, seen)
             continue
         file = folder / child.get("file", "")
         seen.append(file)
@@ -223,7 +223,7 @@ def _with_includes(element: ET.Element, folder: Path, seen: list[Path]) -> ET.El
             raise ValueError("too many files are included")
         position = list(element).index(child)
         element.remove(child)
-        for k, part in enumerate(_with_includes(ET.parse(file).getroot(), folder, seen)):
+        for k, part in enumerate(_expand_includes(ET.parse(file).getroot(), folder, seen)):
             element.insert(position + k, part)
     return element
 
@@ -233,7 +233,7 @@ def _plugin_names(root: ET.Element) -> Iterable[str]:
 
 
 def _take_out_plugin(root: ET.Element, name: str) -> Iterator[str]:
-    """Take a plugin and its instances out of an XML tree; yield what went with it, in words."""
+    """Delete a plugin and its instances from an XML tree; name each force or element that is lost."""
     instances = {
         one.get("name")
         for declared in root.iter("plugin")

@@ -209,7 +209,7 @@ def _convert_actuator(model: mujoco.MjModel, k: int, unit: float) -> None:
 
 
 def controls_in_metres(model: mujoco.MjModel, controls: Controls, unit: float) -> Controls:
-    """Convert controls in a file's units to those of its model in metres; unknown actuators are left as they are."""
+    """Convert controls from a file's length unit to metres, except controls of unknown actuators."""
     names = names_or_numbers(names_of(model, "actuator")) if unit != 1.0 else []
     powers = {name: actuator_powers(model, k)[2] for k, name in enumerate(names)}
     powers |= {str(k): power for k, power in enumerate(powers.values()) if str(k) not in powers}

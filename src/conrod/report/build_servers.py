@@ -39,7 +39,7 @@ class BuildVerdict:
 
 
 def build_verdicts(found: Findings[Any]) -> Iterator[BuildVerdict]:
-    """Yield a case for each result of each part; for a part without results its own verdict; the baseline last."""
+    """Yield a verdict for each result, or for a part without results, and last for the baseline."""
     for name, study in found.parts.items():
         typed = found.typed.get(name, name)
         if getattr(study, "distrust", ""):
@@ -55,7 +55,7 @@ def build_verdicts(found: Findings[Any]) -> Iterator[BuildVerdict]:
 
 
 def junit_text(found: Findings[Any]) -> str:
-    """Return findings as JUnit XML: a test case for each verdict; what was measured alone is skipped."""
+    """Return findings as JUnit XML: a test case for each verdict, skipped if it has no tolerance."""
     cases = list(build_verdicts(found))
     counts = {"tests": len(cases), "failures": sum(one.passed is False for one in cases), "errors": 0}
     counts["skipped"] = sum(one.passed is None for one in cases)
@@ -77,7 +77,7 @@ def junit_text(found: Findings[Any]) -> str:
 
 
 def sarif_text(found: Findings[Any]) -> str:
-    """Return what is out of tolerance as a SARIF log, at the file that was judged or the name of the scene."""
+    """Return exceeded tolerances as a SARIF log, located at the judged file or the scene's name."""
     rule = {"id": OUT_OF_TOLERANCE, "shortDescription": {"text": "a judged error is larger than its tolerance"}}
     results = [
         {

@@ -95,7 +95,7 @@ FILE_NAMES = re.compile(r"""\sfile[a-z]*\s*=\s*(["'])(.*?)\1""")
 
 
 def model_digest(path: Path) -> str | None:
-    """Digest of all bytes that a model file is made of; None if they cannot be told from its text."""
+    """Digest of a model file and all files that it names; None if they are not all found."""
     found, names = model_files(path), set[str]()
     real, digest = {there.resolve() for there in found}, hashlib.sha256()
     folders = {there.parent for there in found}

@@ -32,7 +32,7 @@ Found = TypeVar("Found")
 def check_or_recall(
     task: str, kind: type[Found], path: Path, *arguments: Any, runs: Runs | None, beside: str = ""
 ) -> Found:
-    """Call a task on a user's model file, or recall what it found in the same bytes.
+    """Call a task on a user's model file, or recall its findings about the same bytes.
 
     Nothing is recalled if the files that the model is made of cannot be told from its text, and nothing that cannot
     be read from the ledger again, value by value.
@@ -76,7 +76,7 @@ def check_or_recall(
 
 
 def _call_by_name(task: str, kind: type[Found], path: Path, arguments: tuple[Any, ...]) -> Found:
-    """Import a task, and call it on a file in a fresh process; `kind` is the class of what it finds."""
+    """Import a task, and call it on a file in a fresh process; `kind` is the class of its result."""
     function: Callable[..., Found] = resolve_name(task)
     return call_on_file(function, path, *arguments)
 
@@ -91,7 +91,7 @@ def _can_be_restored(kind: type[Any], values: Any) -> bool:
 
 
 def _key_of(task: str, path: Path, beside: str, arguments: tuple[Any, ...]) -> str | None:
-    """Digest of all that determines what a task finds in a model file; None if that cannot be told."""
+    """Digest of all inputs of a task on a model file; None if the model's files are not all known."""
     try:
         digests = [model_digest(Path(one)) for one in (path, beside) if str(one)]
     except OSError:  # what cannot be read is for the task to say
@@ -106,7 +106,7 @@ def _key_of(task: str, path: Path, beside: str, arguments: tuple[Any, ...]) -> s
         "arguments": plain_values(arguments),
         "scenes": [one.identity() for one in _flat(arguments) if isinstance(one, Scene)],
         "environment": {**environment(), "scipy": version("scipy")},
-        "conrod": _own_code(),
+        "conrod": _source_stamps(),
         "machine": machine_fingerprint(),
     }
     return hashlib.sha256(json.dumps(determining, sort_keys=True).encode()).hexdigest()[:32]
@@ -119,8 +119,8 @@ def _flat(arguments: tuple[Any, ...]) -> Iterator[Any]:
 
 
 @cache
-def _own_code() -> list[tuple[str, int, int]]:
-    """Name, size and time of change of each file of conrod: what it finds and says changes with any of them."""
+def _source_stamps() -> list[tuple[str, int, int]]:
+    """Path, size and time of change of each of conrod's files, as a change may alter findings."""
     found, waiting = list[tuple[str, int, int]](), [str(Path(conrod.__file__).parent)]
     while waiting:
         for entry in os.scandir(waiting.pop()):

@@ -25,7 +25,7 @@ SHAPE_WIDTH = 0.05  # half of a link's shape, over the largest coordinate of a b
 
 @cache
 def constraint_fields() -> Mapping[type[Any], tuple[str, ...]]:
-    """Names of the fields that make each kind of constraint, beside its two bodies."""
+    """Map each type of constraint to the names of its fields, except its two bodies."""
     return {
         pymunk.PivotJoint: ("anchor_a", "anchor_b"),
         pymunk.PinJoint: ("anchor_a", "anchor_b"),

@@ -116,7 +116,7 @@ def check_packages() -> Iterator[PackageCheck]:
 
 
 def run_self_tests() -> tuple[SelfTest, ...]:
-    """Validate a saw in both engines with defects planted, in a ledger of its own."""
+    """Validate a saw in both engines, with defects planted, in a temporary ledger."""
     with tempfile.TemporaryDirectory() as folder:
         runs = Runs(ledger=Path(folder, "ledger.sqlite"), jobs=1)
         found = validate(TESTED_SCENE, preset=TESTED_PRESET, revolutions=1, qualify=True, runs=runs)

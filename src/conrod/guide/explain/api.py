@@ -15,15 +15,15 @@ def explain(word: str) -> tuple[WordMeaning, ...]:
     Raises:
         InvalidInput: the word is none of conrod's; names the nearest.
     """
-    wanted = _normalised(word)
+    wanted = _normalise_word(word)
     known = tuple(explanations())
-    found = tuple(one for one in known if _normalised(one.word) == wanted)
+    found = tuple(one for one in known if _normalise_word(one.word) == wanted)
     if not found:
         raise unknown_choice("word", word, dict.fromkeys(one.word for one in known))
     return found
 
 
-def _normalised(word: str) -> str:
+def _normalise_word(word: str) -> str:
     """Return a word without case, hyphens, underscores and a plural's s, by which it is looked up."""
     plain = " ".join(word.lower().replace("-", " ").replace("_", " ").split())
     return plain.removesuffix("s") if len(plain) > 3 else plain

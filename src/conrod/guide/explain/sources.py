@@ -18,7 +18,7 @@ PACKAGE = "conrod.guide.explain"
 
 @dataclass(frozen=True)
 class WordMeaning:
-    """What a word means that conrod prints or asks for.
+    """Meaning of a word that conrod prints or accepts.
 
     Attributes:
         kind: what the word names, such as "outcome of a run" or "preset of mujoco".
@@ -34,7 +34,7 @@ class WordMeaning:
 
 
 def explanations() -> Iterator[WordMeaning]:
-    """Yield all words that can be explained, those of results before terms."""
+    """Yield the meanings of all words: words of results first, then the glossary's terms."""
     words = tomllib.loads(files(PACKAGE).joinpath("words.toml").read_text("utf-8"))
     yield from _outcomes(words["outcome"])
     for kind, title in (("verdict", "verdict"), ("quantity", "error that is compared")):
@@ -96,7 +96,7 @@ def _lint_rules() -> Iterator[WordMeaning]:
 
 
 def glossary_text() -> str:
-    """Read the glossary, which lies beside this module once installed and in docs/ of a checkout."""
+    """Read the glossary: from the installed package, or else from docs/ of the checkout."""
     beside = files(PACKAGE).joinpath("glossary.md")
     if beside.is_file():
         return beside.read_text("utf-8")
@@ -104,7 +104,7 @@ def glossary_text() -> str:
 
 
 def glossary_terms(text: str) -> Iterator[WordMeaning]:
-    """Yield the terms of a glossary in Markdown: a heading `### Term, another`, then what it and *others* mean."""
+    """Yield the terms of a Markdown glossary: in headings `### Term, synonym`, and *in italics* below."""
     for heading, body in re.findall(r"^### (.+?)\n(.+?)(?=^##|\Z)", text, re.DOTALL | re.MULTILINE):
         meaning = _plain_text(body)
         links = re.findall(r"\]\(([a-z-]+\.md[^)]*)\)", body)
@@ -120,5 +120,5 @@ def _plain_text(markdown: str) -> str:
 
 
 def as_plain_values(one: WordMeaning) -> dict[str, Any]:
-    """Return an explanation as plain values for JSON, without what is empty."""
+    """Return an explanation as plain values for JSON, without its empty fields."""
     return {name: value for name, value in vars(one).items() if value}

@@ -67,7 +67,7 @@ def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Find
 
 
 def _check_driven_model(subject: Any, scene: OneScene | None, arguments: Mapping[str, Any]) -> Findings[Any]:
-    """Judge the loops of a model by its own exact motion; inspect it where its drives are of no loop."""
+    """Judge a model's loops by its exact motion; inspect the model if its drives are outside loops."""
     given = _keywords("check_loops", "a model with drives", arguments, machine=scene)
     try:
         return conrod.check_loops(subject, **given)

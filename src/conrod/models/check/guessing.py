@@ -45,9 +45,9 @@ def find_names(path: Path, mechanism: Mechanism, crank: str | None, points: Mapp
     model, _ = load_with_notes(path)
     driver = next(joint for joint in mechanism.joints if joint.name == mechanism.driver.joint)
     known = [driver.name, *(link for link in (driver.a, driver.b) if link != GROUND), "crank"]
-    found = crank or _crank_of(model, known)
+    found = crank or _guess_crank(model, known)
     if not points:
-        placed = {point.name: _place_of(model, point.name, point.body) for point in mechanism.observed}
+        placed = {point.name: _guess_place(model, point.name, point.body) for point in mechanism.observed}
         points = {name: place for name, place in placed.items() if place}
     if not points:
         first, sites = mechanism.observed[0].name, [name for name in names_of(model, "site") if name]
@@ -59,8 +59,8 @@ def find_names(path: Path, mechanism: Mechanism, crank: str | None, points: Mapp
     return FoundNames(found, points)
 
 
-def _crank_of(model: mujoco.MjModel, known: Sequence[str]) -> str:
-    """Name of the hinge that is the crank; raises InvalidInput where it cannot be told."""
+def _guess_crank(model: mujoco.MjModel, known: Sequence[str]) -> str:
+    """Guess which hinge is the crank, and return its name; raises InvalidInput if several fit."""
     hinges = list(_ground_hinges(model))
     names = [name_or_number(model, "joint", joint) for joint in hinges]
     bodies = [name_or_number(model, "body", int(model.jnt_bodyid[joint])) for joint in hinges]
@@ -85,8 +85,8 @@ def _ground_hinges(model: mujoco.MjModel) -> Iterator[int]:
             yield joint
 
 
-def _place_of(model: mujoco.MjModel, point: str, link: str) -> str:
-    """Place of an observed point, as `site:NAME`; empty where none can be told."""
+def _guess_place(model: mujoco.MjModel, point: str, link: str) -> str:
+    """Guess the place of an observed point, as `site:NAME`; empty if none fits, or several do."""
     for kind in ("site", "body", "geom"):
         names = names_of(model, kind)
         called = [name for name in names if name == point] or [n for n in names if n.lower() == point.lower()]

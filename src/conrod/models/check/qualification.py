@@ -38,7 +38,7 @@ Failures = Callable[[float], tuple[str, ...]]  # what is out of tolerance with a
 
 
 def qualify_check(found: ModelStudy, scanned: Scan, given: GivenFrame, bench: SceneBench) -> Qualification:
-    """Plant defects of lengths, masses and speed into a check that has passed; return what it notices of them."""
+    """Plant defects of length, mass and speed into a passed check; return the smallest it detects."""
     kinds = {
         "length": (LENGTH_SIZE, MAX_LENGTH_SIZE, _length_places(found, scanned, given)),
         MASS: (MASS_SIZE, MAX_MASS_SIZE, _mass_places(found, bench)),

@@ -188,7 +188,7 @@ class ModelStudy:
         return {name: size for name, size in self.limits.items() if name not in derived}
 
     def judged_points(self, run: JudgedRun, name: str) -> dict[str, float]:
-        """A run's errors that a tolerance of this name is compared with, by point; empty for those of no point."""
+        """Errors of a run, by point, that the named tolerance limits; empty if it concerns no points."""
         quantity, _, measure = name.partition("_")
         if quantity not in COMPARED_QUANTITIES:
             return {}

@@ -82,7 +82,7 @@ class CheckOptions(VerificationOptions):
 
     @property
     def runs(self) -> Any:
-        """Ledger that keeps what was found in models, with shown progress."""
+        """How models are checked: the ledger of their findings, whether to reuse it, and a progress bar."""
         from conrod.cli.progress import ProgressBar
         from conrod.execution.runner import Runs
 
@@ -92,7 +92,7 @@ class CheckOptions(VerificationOptions):
 MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
 TABLE = ("columns", "estimate")
 TORQUE_RUN = ("torque", "start")
-KEPT = ("fresh", "ledger")  # of models alone
+LEDGER_OPTIONS = ("fresh", "ledger")  # of models alone
 RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
 WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "measured", "limits", "uncertainties")
 MEASUREMENTS = ("measured", "limits", "uncertainties")
@@ -242,7 +242,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     if is_fmu:
         refuse(asked, f"{what}: it is for a table", *TORQUE_RUN)
     refuse(asked, f"{what} without --torque: it is for a run under one", "start")
-    refuse(asked, f"{what}: it is for a model", *MODEL, *KEPT)
+    refuse(asked, f"{what}: it is for a model", *MODEL, *LEDGER_OPTIONS)
     refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
     files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
     dossier = _dossier("check", (name,), asked, dict([scene]))

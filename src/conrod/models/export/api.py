@@ -90,7 +90,7 @@ def _table(
     name: str, scene: Scene, format: str, engine: str | None, preset: str | None, steps: int | None,
     revolutions: int | None,
 ) -> str | bytes:  # fmt: skip
-    """The exact motion as a table, or an engine's run beside it."""
+    """Return a table (CSV or NPZ) of the exact motion, or of an engine's run and the exact motion."""
     from conrod.models.export.pack import as_csv, exact_columns
     from conrod.models.export.sampled import exact_trajectory, sampled_csv, sampled_npz, sampled_trajectory
 

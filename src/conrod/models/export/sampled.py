@@ -43,7 +43,7 @@ class SampledTrajectory:
 def sampled_trajectory(
     name: str, scene: Scene, engine: str, preset: str | None, steps: int | None, revolutions: int | None
 ) -> SampledTrajectory:
-    """Run a scene in an engine at constant crank speed, and sample the run beside the exact motion.
+    """Run a scene in an engine at constant crank speed; sample the run and the exact motion.
 
     Args:
         preset: None for the preset that is judged.
@@ -127,7 +127,7 @@ def _add_instants(columns: Columns, quantity: str, instants: Instants) -> str:
 
 
 def _known_stamp(columns: Columns, instants: Instants) -> str | None:
-    """Name of the time column that has the same instants; None if there is none."""
+    """Name of an existing time column with equal instants; None if no column matches."""
     for name, (_, values) in columns.items():
         if name.endswith("time") and np.array_equal(values, instants.times):
             return name
@@ -156,7 +156,7 @@ def _exact_motion(scene: Scene, instants: Instants) -> Motion:
 
 
 def sampled_csv(sampled: SampledTrajectory) -> str:
-    """Return a run as CSV: what made it in comments, units in the headings, empty cells where there is no sample."""
+    """Return a run as CSV: origin in comments, units in headings, empty cells for missing samples."""
     rows = max(len(values) for _, values in sampled.columns.values())
     cells = [
         [""] * (rows - len(values)) + [repr(value) for value in values.tolist()]

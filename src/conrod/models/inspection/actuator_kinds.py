@@ -27,7 +27,7 @@ UNTRIED = {
 
 @dataclass(frozen=True, eq=False)
 class TriedActuator:
-    """An actuator of a compiled model, in the coordinate of its joint, or its own length where it has no joint.
+    """An actuator of a compiled model, in its joint's coordinate, or in its length without a joint.
 
     The force before the gear is gain u + offset - kp length - kd rate, with length = gear times the coordinate.
 
@@ -78,10 +78,10 @@ class TriedActuator:
 
 def read_actuators(model: mujoco.MjModel) -> list[TriedActuator]:
     """Read all actuators of a model, in order."""
-    return [_read(model, k) for k in range(len(model.actuator_trntype))]
+    return [_read_actuator(model, k) for k in range(len(model.actuator_trntype))]
 
 
-def _read(model: mujoco.MjModel, k: int) -> TriedActuator:
+def _read_actuator(model: mujoco.MjModel, k: int) -> TriedActuator:
     transmission, dynamics = mujoco.mjtTrn(model.actuator_trntype[k]), mujoco.mjtDyn(model.actuator_dyntype[k])
     control, output = (_address(model, f"actuator_{what}adr", k) for what in ("ctrl", "out"))
     joint = int(model.actuator_trnid[k, 0]) if transmission in JOINTS else None
@@ -92,12 +92,13 @@ def _read(model: mujoco.MjModel, k: int) -> TriedActuator:
     filters = (mujoco.mjtDyn.mjDYN_FILTER, mujoco.mjtDyn.mjDYN_FILTEREXACT, mujoco.mjtDyn.mjDYN_MUSCLE)
     delay = float(model.actuator_dynprm[k, 0]) if dynamics in filters else 0.0
     activation = int(model.actuator_actadr[k]) if model.actuator_actadr[k] >= 0 else None
-    kind = _kind(model, k, float(stiffness), float(damping))
+    kind = _actuator_kind(model, k, float(stiffness), float(damping))
     return TriedActuator(
-        k, name_or_number(model, "actuator", k), kind, control, output, _drives(model, k, transmission, joint),
-        _unit(model, k, output, transmission, joint), gear or 1.0, joint, float(gain[0]), float(offset),
-        float(stiffness), float(damping), delay, activation, _limit(model, k, joint, gear),
-        _untried(model, k, transmission, joint, kind),
+        k, name_or_number(model, "actuator", k), kind, control, output,
+        _transmission_words(model, k, transmission, joint),
+        _coordinate_unit(model, k, output, transmission, joint), gear or 1.0, joint, float(gain[0]), float(offset),
+        float(stiffness), float(damping), delay, activation, _force_limit(model, k, joint, gear),
+        _untried_reason(model, k, transmission, joint, kind),
     )  # fmt: skip
 
 
@@ -107,8 +108,8 @@ def _address(model: mujoco.MjModel, field: str, k: int) -> int:
     return k if addresses is None else int(addresses[k])
 
 
-def _kind(model: mujoco.MjModel, k: int, stiffness: float, damping: float) -> str:
-    """Name of an actuator's kind, after MJCF's shortcuts, by what it computes."""
+def _actuator_kind(model: mujoco.MjModel, k: int, stiffness: float, damping: float) -> str:
+    """Classify an actuator by its gain, bias and dynamics; kinds are named after MJCF's shortcuts."""
     gain, dynamics = mujoco.mjtGain(model.actuator_gaintype[k]), mujoco.mjtDyn(model.actuator_dyntype[k])
     if mujoco.mjtTrn(model.actuator_trntype[k]) == mujoco.mjtTrn.mjTRN_BODY:
         return "adhesion"
@@ -125,13 +126,14 @@ def _kind(model: mujoco.MjModel, k: int, stiffness: float, damping: float) -> st
     return "cylinder" if dynamics == mujoco.mjtDyn.mjDYN_FILTER else "general"
 
 
-def _drives(model: mujoco.MjModel, k: int, transmission: mujoco.mjtTrn, joint: int | None) -> str:
+def _transmission_words(model: mujoco.MjModel, k: int, transmission: mujoco.mjtTrn, joint: int | None) -> str:
+    """Name the driven object of an actuator, such as 'joint crank'."""
     kind = "joint" if joint is not None else OF.get(transmission, "body")
     name = name_or_number(model, kind, int(model.actuator_trnid[k, 0]))
     return name if name.startswith(f"{kind} ") else f"{kind} {name}"
 
 
-def _unit(model: mujoco.MjModel, k: int, output: int, transmission: mujoco.mjtTrn, joint: int | None) -> str:
+def _coordinate_unit(model: mujoco.MjModel, k: int, output: int, transmission: mujoco.mjtTrn, joint: int | None) -> str:
     if joint is not None:
         return "m" if joint_kind(model, joint) == "slide" else "rad"
     if transmission == mujoco.mjtTrn.mjTRN_TENDON:
@@ -143,8 +145,8 @@ def _unit(model: mujoco.MjModel, k: int, output: int, transmission: mujoco.mjtTr
     return "rad" if np.any(model.actuator_gear[output, 3:]) and not np.any(model.actuator_gear[output, :3]) else "m"
 
 
-def _limit(model: mujoco.MjModel, k: int, joint: int | None, gear: float) -> float:
-    """Largest force to the weaker side, by the actuator's limits and those of its joint or tendon."""
+def _force_limit(model: mujoco.MjModel, k: int, joint: int | None, gear: float) -> float:
+    """Largest force of an actuator in its weaker direction, by its ranges and its joint's limit."""
     found = [math.inf]
     if model.actuator_forcelimited[k]:
         found.append(float(np.abs(model.actuator_forcerange[k]).min() or np.abs(model.actuator_forcerange[k]).max()))
@@ -159,7 +161,7 @@ def _limit(model: mujoco.MjModel, k: int, joint: int | None, gear: float) -> flo
     return min(found)
 
 
-def _untried(model: mujoco.MjModel, k: int, transmission: mujoco.mjtTrn, joint: int | None, kind: str) -> str:
+def _untried_reason(model: mujoco.MjModel, k: int, transmission: mujoco.mjtTrn, joint: int | None, kind: str) -> str:
     """Say why an actuator cannot be tried; empty if it can."""
     numbers = (getattr(model, f"actuator_{what}num", None) for what in ("ctrl", "out"))
     group = int(model.actuator_group[k])

@@ -15,7 +15,12 @@ AT_LIMIT_SHARE = 0.999  # of a force limit from which on a force is at the limit
 NO_SAG_SHARE = 1e-3  # of a move, below which a sag is not worth a word
 
 # SI unit -> the unit shown, and the factor to it.
-SHOWN = {"rad": ("deg", 180.0 / math.pi), "m": ("mm", 1e3), "rad/s": ("rpm", 30.0 / math.pi), "m/s": ("mm/s", 1e3)}
+SHOWN_UNITS = {
+    "rad": ("deg", 180.0 / math.pi),
+    "m": ("mm", 1e3),
+    "rad/s": ("rpm", 30.0 / math.pi),
+    "m/s": ("mm/s", 1e3),
+}
 FORCE_UNITS = {"rad": "N m", "m": "N"}
 # Kinds of actuators that a law of the position, or of the speed, can be commanded of.
 SERVOS, SPEEDS = ("position",), ("velocity", "intvelocity")
@@ -23,13 +28,13 @@ SERVOS, SPEEDS = ("position",), ("velocity", "intvelocity")
 
 def shown_value(value: float, unit: str) -> str:
     """Return a value [SI] in the unit that engineers write, such as '68.75 deg'."""
-    name, factor = SHOWN.get(unit, (unit, 1.0))
+    name, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
     return f"{quantity(value * factor, 3)} {name}"
 
 
 def _shown_size(value: float, unit: str) -> str:
     """Return the size of a measured value [SI] in two digits, such as '3.2 deg'."""
-    name, factor = SHOWN.get(unit, (unit, 1.0))
+    name, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
     return f"{measured_text(abs(value) * factor)} {name}"
 
 
@@ -69,7 +74,7 @@ class StepResponse:
 
     @property
     def error(self) -> float:
-        """Steady-state error [rad or m, /s]: what is reached less what is commanded."""
+        """Steady-state error [rad or m, /s]: final value less commanded value."""
         return self.final - self.target
 
     @property
@@ -85,7 +90,7 @@ class StepResponse:
 
 @dataclass(frozen=True)
 class StepBounds:
-    """Time steps up to which a response stays the same.
+    """Largest time steps at which halving the step leaves an actuator's response the same.
 
     Attributes:
         own: step of the model [s].
@@ -107,17 +112,17 @@ class StepBounds:
 
     @property
     def bears_own(self) -> bool:
-        """True if the response at the model's own step is that of half the step."""
+        """True if the response stays the same when the model's own step is halved."""
         return self.largest is not None and self.largest >= self.own * (1.0 - 1e-9)
 
     @property
     def fails_own(self) -> bool:
-        """True if the response at the model's own step diverges, or is another one."""
+        """True if the response diverges at the model's own step, or changes much when it is halved."""
         return self.change is None or self.change > MAX_STEP_CHANGE
 
     @property
     def words(self) -> str:
-        """The bounds in words."""
+        """Describe the largest steps, and any failure at the model's own step."""
         own, implicit = _step_text(self.own), self.implicitfast
         other = f", with implicitfast {_step_text(implicit)}" if implicit and implicit > (self.largest or 0.0) else ""
         if not self.bears_own and not self.fails_own:
@@ -138,7 +143,7 @@ def _step_text(seconds: float) -> str:
 
 @dataclass(frozen=True)
 class ActuatorResult:
-    """What an actuator did when it was tried.
+    """Measured behaviour of an actuator in its trial.
 
     Attributes:
         kind: position, velocity, intvelocity, motor, cylinder, muscle, damper, adhesion, general, or another.
@@ -202,7 +207,7 @@ class ActuatorResult:
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What is wrong with it, each in words that follow its name; empty for a healthy actuator."""
+        """Faults of the actuator, each in words that follow its name; empty for a healthy one."""
         return tuple(self._alarms())
 
     def _alarms(self) -> Iterator[str]:
@@ -246,15 +251,15 @@ class ActuatorResult:
         return f'kv={quantity(self.damping_hint or 0.0, 3)} would not (dampratio="1")'
 
     def words(self) -> str:
-        """Say what the actuator did, in a sentence or two that begin with its name."""
-        said = list(self._said())
+        """Describe the actuator's behaviour in one or two sentences that begin with its name."""
+        said = list(self._clauses())
         alarms = "; ".join(self.alarms)
         parts = [part for part in (alarms and f"it {alarms}", ", ".join(said)) if part]
         remark = f" ({self.remark})" if parts and self.remark else ""
         return f"{self.name} ({self.kind}, {self.drives}): {'; '.join(parts) or self.remark}{remark}"
 
-    def _said(self) -> Iterator[str]:
-        """Yield what it did, each a clause."""
+    def _clauses(self) -> Iterator[str]:
+        """Yield clauses on the actuator's responses or acceleration, its force and its stable steps."""
         unit = self.moved_unit
         if self.broke:
             return
@@ -285,7 +290,7 @@ class ActuatorResult:
         return f"peak {measured_text(peak)}{of} {self.force_unit}"
 
     def _force_words(self) -> Iterator[str]:
-        """Yield what a force does in place of reaching a position."""
+        """Yield clauses on a force actuator: its acceleration, its load, and where it holds the load."""
         full, rate = quantity(self.full or 0.0, 3), f"{measured_text(abs(self.acceleration or 0.0))} {self.unit}/s²"
         yield f"a force: no position is reached, at control {full} it accelerates by {rate}"
         if self.load:

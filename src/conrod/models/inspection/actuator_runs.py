@@ -105,7 +105,7 @@ def held_model(
 
 
 def _joints_to_hold(model: mujoco.MjModel, one: TriedActuator, every: Iterable[TriedActuator]) -> list[int]:
-    """Joints that are held still: floating bases, and those of other forces where no loop ties joints together."""
+    """Joints to hold in a trial: floating bases and, without loops, joints of other force actuators."""
     found = [j for j in range(model.njnt) if joint_kind(model, j) == "free" and _carries_joints(model, j)]
     if np.any(model.eq_active0):
         return found
@@ -191,7 +191,7 @@ class TrialRun:
 def run_trial(
     bench: TrialBench, data: mujoco.MjData, steps: int, span: float, act: Callable[[int], None] | None = None
 ) -> TrialRun:
-    """Make steps from data, which goes on; record the actuator before each step.
+    """Advance data by some steps; record the actuator's coordinate, rate and force at each step.
 
     Args:
         span: range of the coordinate that the run is meant for [rad or m]; far beyond it the run has run away.

@@ -38,7 +38,7 @@ CPU_TIME = 6.0  # [s] after which no further actuator is tried
 def try_actuators(
     model: mujoco.MjModel, start: mujoco.MjData, progress: Callable[[str], object] = lambda name: None
 ) -> tuple[ActuatorResult, ...]:
-    """Command each actuator of a model through its range from a start, and measure what it does.
+    """Command each actuator of a model through its range from a start, and measure its response.
 
     An actuator that is not reached within `CPU_TIME` has a result that says so.
 
@@ -92,8 +92,8 @@ def _held_words(held: tuple[str, ...]) -> str:
     return f"{held[0] if len(held) == 1 else f'{len(held)} other joints'} held still" if held else ""
 
 
-def phase_seconds(bench: TrialBench, stiffness: float, damping: float) -> float:
-    """Time [s] in which a response settles: some time constants of m y'' + d y' + k y = 0 and of the activation.
+def settling_seconds(bench: TrialBench, stiffness: float, damping: float) -> float:
+    """Settling time [s]: 12 time constants of m y'' + d y' + k y = 0 and of the activation.
 
     Args:
         stiffness, damping: of the actuator, along its coordinate.
@@ -122,13 +122,13 @@ def _longest_phase(bench: TrialBench) -> float:
 
 
 def _try_position(bench: TrialBench, result: ActuatorResult, *, search: bool) -> ActuatorResult:
-    """Hold a servo at its start, then send it to one end of its range and to the other."""
+    """Hold a servo at its start, then command both ends of its range; measure the responses."""
     one, extent = bench.actuator, float(bench.model.stat.extent)
     whole, remark = value_range(bench.model, one, bench.start, extent)
     inset = INSET * (whole[1] - whole[0])
     low, high = whole[0] + inset, whole[1] - inset
     gear = one.gear
-    seconds = phase_seconds(bench, one.stiffness * gear**2, one.damping * gear**2)
+    seconds = settling_seconds(bench, one.stiffness * gear**2, one.damping * gear**2)
     begin = float(np.clip(bench.start, *whole))
     ends = (high, low) if abs(high - begin) >= abs(begin - low) else (low, high)
     data, responses, before, broke, sag = copy.copy(bench.data), list[StepResponse](), begin, "", 0.0
@@ -186,14 +186,15 @@ def _run_until_settled(bench: TrialBench, data: mujoco.MjData, seconds: float, s
     steps, most = max(2, round(seconds / bench.step)), round(_longest_phase(bench) / bench.step)
     parts, done = [run_trial(bench, data, steps, span)], steps
     size = abs(move) or span
-    while not parts[-1].broke and done + steps <= most and not is_settled(_joined(parts, "values"), size):
+    while not parts[-1].broke and done + steps <= most and not is_settled(_concatenate(parts, "values"), size):
         parts.append(run_trial(bench, data, steps, span))
         done += steps
-    values, rates, forces = (_joined(parts, name) for name in ("values", "rates", "forces"))
+    values, rates, forces = (_concatenate(parts, name) for name in ("values", "rates", "forces"))
     return TrialRun(values, rates, forces, parts[-1].broke)
 
 
-def _joined(parts: list[TrialRun], name: str) -> Array:
+def _concatenate(parts: list[TrialRun], name: str) -> Array:
+    """Concatenate a field (T,) of consecutive runs."""
     return np.concatenate([getattr(part, name) for part in parts])
 
 
@@ -207,7 +208,7 @@ def _try_speed(bench: TrialBench, result: ActuatorResult, *, search: bool) -> Ac
     up, down = whole[1] - bench.start, bench.start - whole[0]
     room = (1.0 - INSET) * max(up, down, 1e-9)
     gear, is_servo = one.gear, one.kind == "intvelocity"
-    seconds = phase_seconds(bench, one.stiffness * gear**2 if is_servo else 0.0, one.damping * gear**2)
+    seconds = settling_seconds(bench, one.stiffness * gear**2 if is_servo else 0.0, one.damping * gear**2)
     factor = 1.0 if is_servo else one.gain / (one.damping * gear)  # speed by unit control
     per_control = factor if not is_servo else one.gain / (one.stiffness * gear)
     speed = min(room / SPEED_TIME, room / seconds)
@@ -225,7 +226,7 @@ def _try_speed(bench: TrialBench, result: ActuatorResult, *, search: bool) -> Ac
     steps = max(2, round(seconds / bench.step))
     rest = run_trial(bench, data, steps, span)
     if rest.broke:
-        return _with_steps(bench, replace(result, broke=rest.broke), lambda d: None, seconds, span, search)
+        return _add_stable_steps(bench, replace(result, broke=rest.broke), lambda d: None, seconds, span, search)
     drift = float(rest.rates[-max(1, len(rest.rates) // 10) :].mean())
     data.ctrl[one.control] = speed / per_control
     run = run_trial(bench, data, steps, span)
@@ -239,13 +240,14 @@ def _try_speed(bench: TrialBench, result: ActuatorResult, *, search: bool) -> Ac
     def command(data: mujoco.MjData) -> None:
         data.ctrl[one.control] = speed / per_control
 
-    return _with_steps(bench, result, command, seconds, span, search)
+    return _add_stable_steps(bench, result, command, seconds, span, search)
 
 
-def _with_steps(
+def _add_stable_steps(
     bench: TrialBench, result: ActuatorResult, command: Callable[[mujoco.MjData], None], seconds: float, span: float,
     search: bool = True,
 ) -> ActuatorResult:  # fmt: skip
+    """Add the largest stable time steps to a result, if they are to be searched."""
     return replace(result, steps=search_steps(bench, command, seconds, span)) if search else result
 
 
@@ -253,7 +255,7 @@ def _with_steps(
 
 
 def _largest_control(bench: TrialBench) -> float:
-    """The control of a force that is tried: the end of its range that is further from 0, or the weight's double."""
+    """The control to try a force with: the end of its range further from 0, or 1 without a range."""
     one, model = bench.actuator, bench.model
     if model.actuator_ctrllimited[one.control]:
         low, high = model.actuator_ctrlrange[one.control]
@@ -262,7 +264,7 @@ def _largest_control(bench: TrialBench) -> float:
 
 
 def _try_force(bench: TrialBench, result: ActuatorResult, *, search: bool) -> ActuatorResult:
-    """Give a force its largest control, and see what it accelerates, and in what range it holds its load."""
+    """Apply a force's largest control; measure its acceleration and the range where it holds its load."""
     one, model = bench.actuator, bench.model
     whole, remark = value_range(model, one, bench.start, float(model.stat.extent))
     full, span = _largest_control(bench), whole[1] - whole[0]
@@ -293,7 +295,7 @@ def _try_force(bench: TrialBench, result: ActuatorResult, *, search: bool) -> Ac
         data.ctrl[one.control] = full
 
     # A force has no loop of its own that a step could make unstable.
-    return _with_steps(bench, result, command, seconds, span, search=search and bool(run.broke))
+    return _add_stable_steps(bench, result, command, seconds, span, search=search and bool(run.broke))
 
 
 def _holding_range(bench: TrialBench, limit: float, whole: tuple[float, float]) -> tuple[float, float] | None:
@@ -331,7 +333,7 @@ def _try_damper(bench: TrialBench, result: ActuatorResult, *, search: bool) -> A
     whole, _ = value_range(model, one, bench.start, float(model.stat.extent))
     full, span = _largest_control(bench), whole[1] - whole[0]
     damping = -float(model.actuator_gainprm[one.number, 2]) * full * one.gear**2
-    seconds, data = phase_seconds(bench, 0.0, damping), copy.copy(bench.data)
+    seconds, data = settling_seconds(bench, 0.0, damping), copy.copy(bench.data)
     speed = 0.2 * span / min(seconds, SPEED_TIME)
 
     def command(data: mujoco.MjData) -> None:
@@ -340,4 +342,6 @@ def _try_damper(bench: TrialBench, result: ActuatorResult, *, search: bool) -> A
     command(data)
     run = run_trial(bench, data, max(2, round(seconds / bench.step)), span)
     response = () if run.broke else (measure_step(run.rates, run.forces, bench.step, speed, 0.0),)
-    return _with_steps(bench, replace(result, responses=response, broke=run.broke), command, seconds, span, search)
+    return _add_stable_steps(
+        bench, replace(result, responses=response, broke=run.broke), command, seconds, span, search
+    )

@@ -94,20 +94,20 @@ def _pose_opening(
 
 
 def is_singular(machine: DrivenTree, pose: Array) -> bool:
-    """True if the closures have a lower rank in a pose (nq, 1) than in closed poses beside it."""
+    """True if the closures' Jacobian has a lower rank in a closed pose (nq, 1) than near it."""
     here = closure_rank(machine, pose)
-    return any(closure_rank(machine, beside) > here for beside in _poses_beside(machine, pose))
+    return any(closure_rank(machine, beside) > here for beside in _nearby_poses(machine, pose))
 
 
 def closure_rank(machine: DrivenTree, coordinates: Array) -> int:
-    """Rank of the closures in a pose (nq, 1)."""
+    """Rank of the closures' scaled Jacobian in a pose (nq, 1)."""
     matrix = machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates))
     values = np.linalg.svd(matrix, compute_uv=False)
     return int(np.sum(values > RANK_TOLERANCE * values[0])) if values.size else 0
 
 
-def _poses_beside(machine: DrivenTree, pose: Array) -> Iterator[Array]:
-    """Closed poses (nq, 1) beside a closed pose, along some of the motions that the closures allow."""
+def _nearby_poses(machine: DrivenTree, pose: Array) -> Iterator[Array]:
+    """Yield closed poses (nq, 1) near a closed pose, along some motions that the closures allow."""
     directions = free_directions(machine, pose)
     for direction in directions.T[:6]:
         step = np.zeros((machine.tree.freedom, 1))

@@ -25,7 +25,7 @@ ROOM_SHARE = 0.1  # of a range: a start with less room is moved to the middle
 
 
 def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = None) -> tuple[dict[str, str], str]:
-    """Choose laws that move a model's loops from a start (nq,), and say what was tried before, or why none does.
+    """Choose laws that drive a model's loops from a start (nq,), and say why no wider law can.
 
     Driven is a joint that has an actuator, or a hinge on the ground, or another joint of a loop, in this order; what
     else is free is held. Its law is the first that the loops allow: a full turn, then swings inside its range.
@@ -72,7 +72,7 @@ def joints_to_drive(model: mujoco.MjModel, tree: SpatialTree) -> list[SpatialJoi
 
 
 def preferred_joints(model: mujoco.MjModel, tree: SpatialTree) -> list[str]:
-    """Names of loop joints: those with an actuator, then hinges on the ground, then the others."""
+    """Names of loop joints, best to drive first: with an actuator, hinges on the ground, the rest."""
     of_joint = model.actuator_trntype == int(mujoco.mjtTrn.mjTRN_JOINT)
     actuated = {name_or_number(model, "joint", int(joint)) for joint in model.actuator_trnid[of_joint, 0]}
     loop = [joint for joint in tree.loop_joints if joint.kind in ("hinge", "slide")]

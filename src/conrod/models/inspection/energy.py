@@ -41,11 +41,11 @@ def free_energy(model: mujoco.MjModel, start: mujoco.MjData) -> FreeEnergy | Non
     step = float(model.opt.timestep)
     seconds = min(SECONDS, MAX_STEPS * step)
     state = np.array(start.qpos), np.array(start.qvel)
-    growth, broke, kinetic = _run(made, state, seconds)
+    growth, broke, kinetic = _run_freely(made, state, seconds)
     pushed = kinetic is not None and kinetic <= STILL * _kinetic(made, state[0], np.full(model.nv, START_RATE))
     if pushed:
         state = state[0], np.full(model.nv, START_RATE)
-        growth, broke, _ = _run(made, state, seconds)
+        growth, broke, _ = _run_freely(made, state, seconds)
     name = mujoco.mjtIntegrator(model.opt.integrator).name.removeprefix("mjINT_")
     shown = name if name == "RK4" else "Euler" if name == "EULER" else name.lower()
     parts = (model.dof_damping, model.dof_frictionloss, model.tendon_damping, model.actuator_biasprm[:, 2])
@@ -56,14 +56,14 @@ def free_energy(model: mujoco.MjModel, start: mujoco.MjData) -> FreeEnergy | Non
     steady, rk4 = None, None
     for k in range(1, HALVINGS + 1):
         set_step(made, 0.5**k * step)
-        less, _, _ = _run(made, state, seconds)
+        less, _, _ = _run_freely(made, state, seconds)
         if less is not None and less <= MAX_GROWTH:
             steady = 0.5**k * step
             break
     if name != "RK4":
         set_step(made, step)
         made.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
-        rk4, _, _ = _run(made, state, seconds)
+        rk4, _, _ = _run_freely(made, state, seconds)
     return replace(found, steady_step=steady, rk4=rk4)
 
 
@@ -82,7 +82,9 @@ def _energy(model: mujoco.MjModel, aside: mujoco.MjData, coordinates: Array, rat
     return float(aside.energy[0]), float(aside.energy[1])
 
 
-def _run(model: mujoco.MjModel, state: tuple[Array, Array], seconds: float) -> tuple[float | None, str, float | None]:
+def _run_freely(
+    model: mujoco.MjModel, state: tuple[Array, Array], seconds: float
+) -> tuple[float | None, str, float | None]:
     """Energy gained over the largest kinetic energy, why the run broke off, and that kinetic energy [J]."""
     data, aside = mujoco.MjData(model), mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = state

@@ -45,15 +45,19 @@ def follow_laws(model: mujoco.MjModel, start: mujoco.MjData, drives: Mapping[str
     with silence_warnings():
         mujoco.mj_forward(model, data)
     for name, text in drives.items():
-        asked[name] = _parse(model, data, every, name, text)
+        asked[name] = _parse_drive(model, data, every, name, text)
     followed = {n: (one, law) for n, (one, _, law) in asked.items() if one is not None and law.duration < math.inf}
-    found = _run(model, data, every, followed) if followed else {}
-    needed = _needed(model, data, {n: (joint, law) for n, (_, joint, law) in asked.items() if joint is not None})
-    return tuple(_with_needed(model, every, name, asked[name], found.get(name), needed.get(name)) for name in asked)
+    found = _run_with_laws(model, data, every, followed) if followed else {}
+    needed = _required_forces(
+        model, data, {n: (joint, law) for n, (_, joint, law) in asked.items() if joint is not None}
+    )
+    return tuple(
+        _add_required_force(model, every, name, asked[name], found.get(name), needed.get(name)) for name in asked
+    )
 
 
 def drives_of_joints(model: mujoco.MjModel, drives: Mapping[str, str]) -> dict[str, str]:
-    """Laws by joint, of drives that are of joints or of their actuators; without those that act on no joint."""
+    """Laws by joint, from drives of joints or of their actuators; drives without a joint are dropped."""
     joints, found = names_of(model, "joint"), dict[str, str]()
     for name, law in drives.items():
         joint = next((one.joint for one in read_actuators(model) if one.name == name), None)
@@ -64,7 +68,7 @@ def drives_of_joints(model: mujoco.MjModel, drives: Mapping[str, str]) -> dict[s
     return found
 
 
-def _parse(
+def _parse_drive(
     model: mujoco.MjModel, data: mujoco.MjData, every: list[TriedActuator], name: str, text: str
 ) -> tuple[TriedActuator | None, int | None, DriveLaw]:
     """Return the actuator that follows a law, the joint that it moves, and the law."""
@@ -115,14 +119,14 @@ def _controls(one: TriedActuator, law: DriveLaw, times: Array) -> Array:
     return np.asarray(rate / per_control)
 
 
-def _seconds(law: DriveLaw) -> float:
+def _run_seconds(law: DriveLaw) -> float:
     """Length of a run [s] that a law is compared in."""
     if law.text.startswith("sine:"):
         return PERIODS * law.duration
     return (1.0 + REST) * law.duration if law.text.startswith(("move:", "table:")) else law.duration
 
 
-def _run(
+def _run_with_laws(
     model: mujoco.MjModel, start: mujoco.MjData, every: list[TriedActuator],
     followed: Mapping[str, tuple[TriedActuator, DriveLaw]],
 ) -> dict[str, LawResponse]:  # fmt: skip
@@ -136,7 +140,7 @@ def _run(
             at = float(data.actuator_length[other.output]) / other.gear
             target = data.act if other.kind == "intvelocity" else data.ctrl
             target[other.activation if other.kind == "intvelocity" else other.control] = other.control_for(at)
-    count = round(max(_seconds(law) for _, law in followed.values()) / step)
+    count = round(max(_run_seconds(law) for _, law in followed.values()) / step)
     if not 2 <= count <= MAX_STEPS:
         raise InvalidInput(f"its laws take {count} of its time steps of {step:g} s: 2 to {MAX_STEPS:,} can be run")
     times: Array = np.asarray(step * np.arange(count), dtype=float)
@@ -161,12 +165,14 @@ def _run(
                 broke, done = f"{reason} at {float(data.time):.3g} s", k + 1
                 break
     return {
-        name: _compare(name, one, law, times[:done], rows[name][:, :done], broke)
+        name: _compare_with_law(name, one, law, times[:done], rows[name][:, :done], broke)
         for name, (one, law) in followed.items()
     }
 
 
-def _compare(name: str, one: TriedActuator, law: DriveLaw, times: Array, rows: Array, broke: str) -> LawResponse:
+def _compare_with_law(
+    name: str, one: TriedActuator, law: DriveLaw, times: Array, rows: Array, broke: str
+) -> LawResponse:
     """Compare a motion (T,) with its law: the last period of a sine, all of another law.
 
     The lag of a law u is the least-squares one, y(t) = u(t - lag): with e = y - u, lag = -sum(e u') / sum(u'^2). A sine
@@ -194,7 +200,9 @@ def _compare(name: str, one: TriedActuator, law: DriveLaw, times: Array, rows: A
     )  # fmt: skip
 
 
-def _needed(model: mujoco.MjModel, start: mujoco.MjData, laws: Mapping[str, tuple[int, DriveLaw]]) -> dict[str, float]:
+def _required_forces(
+    model: mujoco.MjModel, start: mujoco.MjData, laws: Mapping[str, tuple[int, DriveLaw]]
+) -> dict[str, float]:
     """Largest force [N or N m] at each driven joint along the laws, all others at rest, by inverse dynamics.
 
     Empty of a model with loops, whose forces this does not know, and for joints that laws hold.
@@ -220,11 +228,11 @@ def _needed(model: mujoco.MjModel, start: mujoco.MjData, laws: Mapping[str, tupl
     return largest
 
 
-def _with_needed(
+def _add_required_force(
     model: mujoco.MjModel, every: list[TriedActuator], name: str,
     asked: tuple[TriedActuator | None, int | None, DriveLaw], response: LawResponse | None, needed: float | None,
 ) -> LawResponse:  # fmt: skip
-    """Add to a response the force that its law needs, and what the joint's actuators give."""
+    """Complete a response by the force that its law requires, and the force of its joint's actuators."""
     _, joint, law = asked
     if response is None:
         kind = "rad" if joint is None or joint_kind(model, joint) == "hinge" else "m"

@@ -24,18 +24,18 @@ def hold_keyframes(model: mujoco.MjModel) -> tuple[KeyframeHold, ...]:
     every, found = [one for one in read_actuators(model) if not one.untried], list[KeyframeHold]()
     for k, name in enumerate(names_or_numbers(names_of(model, "key"))[:MAX_KEYFRAMES]):
         if np.any(model.key_ctrl[k]) or any(one.kind == "position" for one in every):
-            found.append(_hold(model, k, name, every))
+            found.append(_hold_keyframe(model, k, name, every))
     return tuple(found)
 
 
-def _hold(model: mujoco.MjModel, k: int, name: str, every: list[TriedActuator]) -> KeyframeHold:
+def _hold_keyframe(model: mujoco.MjModel, k: int, name: str, every: list[TriedActuator]) -> KeyframeHold:
     made, broke = copy.copy(model), ""
     made.opt.disableflags |= compat.disable_bit("AUTORESET")
     data = mujoco.MjData(made)
     mujoco.mj_resetDataKeyframe(made, data, k)
     with silence_warnings():
         mujoco.mj_forward(made, data)
-        places, start, pulled = data.xpos.copy(), data.qpos.copy(), tuple(_pulled(made, data, every))
+        places, start, pulled = data.xpos.copy(), data.qpos.copy(), tuple(_servos_off_command(made, data, every))
         steps = max(2, min(MAX_STEPS, round(SECONDS / float(made.opt.timestep))))
         for done in range(steps):
             mujoco.mj_step(made, data)
@@ -56,8 +56,8 @@ def _hold(model: mujoco.MjModel, k: int, name: str, every: list[TriedActuator]) 
     )  # fmt: skip
 
 
-def _pulled(model: mujoco.MjModel, data: mujoco.MjData, every: list[TriedActuator]) -> Iterator[str]:
-    """Names of servos whose command is not where they are."""
+def _servos_off_command(model: mujoco.MjModel, data: mujoco.MjData, every: list[TriedActuator]) -> Iterator[str]:
+    """Names of servos whose commanded position differs from their position."""
     for one in every:
         if one.kind == "position":
             control = data.ctrl[one.control] if one.activation is None else data.act[one.activation]

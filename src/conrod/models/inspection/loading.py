@@ -22,7 +22,7 @@ PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 
 
 def load_for_inspection(path: Path, question: InspectionRequest) -> tuple[mujoco.MjModel, Loading]:
-    """Load a model file, without what is not there and its motion does not need, and say what it holds.
+    """Load a model without missing assets and plugins, and describe its content.
 
     Raises:
         InvalidInput: the file cannot be used; says why.

@@ -58,9 +58,9 @@ class ModelMobility:
     @property
     def words(self) -> str:
         """The mobility and what drives it, in a sentence."""
-        return "; ".join(self._said())
+        return "; ".join(self._clauses())
 
-    def _said(self) -> Iterator[str]:
+    def _clauses(self) -> Iterator[str]:
         if not self.joints:
             yield "nothing: it has no joint"
             return
@@ -87,7 +87,7 @@ class ModelMobility:
 
 @dataclass(frozen=True)
 class KeyframeHold:
-    """What a model does when it is held at a keyframe by the keyframe's controls.
+    """Motion of a model that starts at a keyframe with the keyframe's controls.
 
     Attributes:
         seconds: length of the run [s].
@@ -117,7 +117,7 @@ class KeyframeHold:
 
     @property
     def words(self) -> str:
-        """What the model does at the keyframe, in words."""
+        """Say whether the model stays at the keyframe, or how far and why it moves."""
         control = "its controls" if self.commanded else "all controls 0"
         if self.broke:
             return f"keyframe {self.name} with {control}: {self.broke}"
@@ -162,7 +162,7 @@ class FreeEnergy:
 
     @property
     def words(self) -> str:
-        """What the step does to the energy, in words."""
+        """Say by how much the energy of a free swing changes, and at which step it stops growing."""
         begin = f"swinging freely for {quantity(self.seconds, 2)} s without loads"
         if not self.grows:
             change = "loses" if self.growth is not None and self.growth < 0.0 else "gains"
@@ -218,9 +218,9 @@ class LawResponse:
     @property
     def words(self) -> str:
         """The response in words."""
-        return f"{self.name} = {self.law}: {', '.join(self._said())}"
+        return f"{self.name} = {self.law}: {', '.join(self._clauses())}"
 
-    def _said(self) -> Iterator[str]:
+    def _clauses(self) -> Iterator[str]:
         force = FORCE_UNITS[self.unit.removesuffix("/s")]
         if self.broke:
             yield f"its run ends: {self.broke}"

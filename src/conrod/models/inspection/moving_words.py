@@ -13,7 +13,7 @@ MAX_ALARMS = 6  # lines on what is wrong with actuators
 
 
 def actuator_lines(results: Sequence[ActuatorResult]) -> Iterator[str]:
-    """Yield lines: each actuator of a few; of many those with an alarm, and the others of a kind in one line."""
+    """Yield a line for each actuator; of many, for each faulty one and for each kind of healthy ones."""
     if len(results) <= MAX_EACH:
         yield from (one.words() for one in results)
         return
@@ -27,7 +27,7 @@ def actuator_lines(results: Sequence[ActuatorResult]) -> Iterator[str]:
 
 
 def _kind_lines(kind: str, same: list[ActuatorResult]) -> Iterator[str]:
-    """Yield a line on the tried actuators of a kind, and one on those that were not tried, by reason."""
+    """Yield a line on a kind's tried actuators, and one for each reason why others were not tried."""
     tried = [one for one in same if one.responses or one.acceleration is not None]
     if tried:
         shown = (

@@ -29,7 +29,7 @@ MAX_NAMED = 4  # closures, poses or parts named in a sentence
 
 
 def finding(study: Inspection) -> str:
-    """Return the answer in a few sentences: whether it loads, closes and moves, and what is wrong with it."""
+    """Summarise an inspection: whether the model loads, closes and moves, and its faults."""
     closing = study.closing
     reached = _reached_words(study)
     if not closing.start.gaps:
@@ -43,7 +43,7 @@ def finding(study: Inspection) -> str:
     sentences = [said]
     sentences += [f"{one[0].upper()}{one[1:]}." for one in study.moving.alarms[:MAX_ALARMS]]
     if more := study.moving.alarms[MAX_ALARMS:]:
-        sentences.append(f"And {_counted(len(more), 'more alarm')} of its actuators.")
+        sentences.append(f"And {_count_text(len(more), 'more alarm')} of its actuators.")
     if not study.loading.joints or (not study.moving.passed and not study.moving.alarms):
         sentences.append("Nothing of it can move.")
     if closing.passed and study.motion is not None and study.motion.own.errors:
@@ -52,12 +52,12 @@ def finding(study: Inspection) -> str:
     if any(one.rule == "nothing-moves" for one in study.findings):
         sentences.append("Nothing moves in its own run.")
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
-        sentences.append(f"Lint has {_counted(len(errors), 'error')}: {_listed(errors)}.")
+        sentences.append(f"Lint has {_count_text(len(errors), 'error')}: {_name_list(errors)}.")
     return " ".join(sentences)
 
 
 def _reached_words(study: Inspection) -> str:
-    """Say that actuators reach what they are commanded to; empty where one does not, or none was tried so."""
+    """Say that all actuators reach their commands; empty if one fails, or none was commanded."""
     tried = [one for one in study.moving.actuators if one.responses]
     if not tried or study.moving.alarms:
         return ""
@@ -80,8 +80,8 @@ def sections(study: Inspection) -> Iterator[tuple[str, list[str]]]:
 
 def _loading_lines(found: Loading) -> Iterator[str]:
     parts = [
-        _counted(found.bodies, "body", "bodies"), _counted(found.joints, "joint"), _counted(found.closures, "closure"),
-        _counted(found.actuators, "actuator"),
+        _count_text(found.bodies, "body", "bodies"), _count_text(found.joints, "joint"),
+        _count_text(found.closures, "closure"), _count_text(found.actuators, "actuator"),
     ]  # fmt: skip
     size = f"{quantity(found.across, 3)} m across, {quantity(found.mass, 3)} kg"
     yield f"yes: {', '.join(parts)}; {size}"
@@ -96,14 +96,14 @@ def _closing_lines(found: Closing) -> Iterator[str]:
         if named or pose is found.start:
             yield _pose_line(pose, named)
     if len(found.poses) > 1 and not any(map(found.is_named, found.poses[1:])) and found.start.gaps:
-        yield f"closed in {_listed(pose.pose for pose in found.poses[1:])} too"
+        yield f"closed in {_name_list(pose.pose for pose in found.poses[1:])} too"
     yield from _range_lines(found.start)
     yield from found.remarks
 
 
 def _pose_line(pose: PoseOpening, named: bool) -> str:
     gap = f"{pose.worst} is open by {in_mm(pose.largest)} in {pose.pose}"
-    more = f" ({_counted(len(pose.gaps) - 1, 'other closure')} by no more)" if len(pose.gaps) > 1 else ""
+    more = f" ({_count_text(len(pose.gaps) - 1, 'other closure')} by no more)" if len(pose.gaps) > 1 else ""
     if not named:
         return f"yes: {gap}{more}"
     if not pose.closed:
@@ -131,7 +131,7 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
         return
     driven = [f"{joint}={law}" for joint, law in study.drives.items() if law != HOLD]
     held = [joint for joint, law in study.drives.items() if law == HOLD]
-    drives = " and ".join(driven) + (f" (held: {_listed(held)})" if held else "")
+    drives = " and ".join(driven) + (f" (held: {_name_list(held)})" if held else "")
     own = motion.own
     if own.outcome is not Outcome.COMPLETED:
         yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
@@ -148,7 +148,7 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
 
 
 def _setting_lines(study: Inspection) -> Iterator[str]:
-    """Yield whether its own settings would do, and the cheapest that do."""
+    """Yield whether the model's settings are within tolerance, and the cheapest that are."""
     motion = study.motion
     if motion is None or motion.search is None:
         yield "nothing was judged"
@@ -160,7 +160,7 @@ def _setting_lines(study: Inspection) -> Iterator[str]:
 
 
 def settings_to_paste(study: Inspection) -> Iterator[tuple[str, str]]:
-    """Yield what each group of lines to paste is, and the lines, where its own settings do not do."""
+    """Yield a title and the lines of each group to paste, if the model's settings miss the tolerance."""
     motion = study.motion
     if motion is not None and motion.search is not None and not motion.own.is_within(motion.search.allowed):
         yield from lines_to_paste(motion)
@@ -205,11 +205,11 @@ def _first_drive(study: Inspection) -> str:
     first = next((one for one in study.moving.actuators if one.kind in (*SERVOS, *SPEEDS)), None)
     if first is None and not study.closing.start.gaps:
         return f"conrod invariances {shlex.quote(study.file)}"
-    return _command(study, "--drive", "JOINT=LAW" if first is None else f"{first.name}={_law_inside(first)}")
+    return _command(study, "--drive", "JOINT=LAW" if first is None else f"{first.name}={_suggested_law(first)}")
 
 
-def _law_inside(actuator: ActuatorResult) -> str:
-    """A law that a servo can be told: a swing about its start, or a move where its range leaves no room for that."""
+def _suggested_law(actuator: ActuatorResult) -> str:
+    """A law to suggest for an actuator: a sine about its start, or a move if a servo's range is too small."""
     ends, (size, unit) = [one.target for one in actuator.responses], SWING_SIZES[actuator.unit]
     begin = actuator.responses[0].begin if ends else 0.0
     if actuator.kind not in SERVOS or len(ends) < 2 or min(abs(end - begin) for end in ends) >= size:
@@ -248,12 +248,12 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
         yield from ("", f"next: {next_step(study)}", "")
 
 
-def _counted(count: int, one: str, many: str = "") -> str:
-    """'1 joint', '3 joints', 'no joints'."""
+def _count_text(count: int, one: str, many: str = "") -> str:
+    """Return a count with its noun: '1 joint', '3 joints', 'no joints'."""
     return f"{count or 'no'} {one if count == 1 else many or f'{one}s'}"
 
 
-def _listed(names: Any) -> str:
+def _name_list(names: Any) -> str:
     every = list(names)
     more = f" and {len(every) - MAX_NAMED} more" if len(every) > MAX_NAMED else ""
     return ", ".join(every[:MAX_NAMED]) + more
@@ -272,7 +272,7 @@ def index_table(index: Index[Inspection]) -> Table:
 
 
 def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say in how many models something stands in the way."""
+    """Say how many of the inspected models failed."""
     summaries = [entry["summary"] for entry in entries.values()]
     failed = sum(one["passed"] is False for one in summaries)
     return f"Something stands in the way in {failed} of {len(summaries)} models."

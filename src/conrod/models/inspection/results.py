@@ -113,7 +113,7 @@ class Closing:
 
     @property
     def passed(self) -> bool:
-        """True if its own run starts closed, within a thousandth of the machine, and its parts meet."""
+        """True if the run starts closed, within a thousandth of the extent, and all closures' parts meet."""
         return self.start.largest <= MAX_START_OPENING * self.extent and not self.apart
 
 
@@ -137,7 +137,7 @@ class Moving:
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """What is wrong with what moves it, each in words with its name."""
+        """Faults of actuators, driven laws, keyframes and energy, each in words with its name."""
         weak = (one.words for one in self.followed if one.is_too_weak or one.broke)
         left = (one.words for one in self.keyframes if not one.stays)
         # Damping of the model takes out in its own runs what the step adds.
@@ -164,7 +164,7 @@ class Moving:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What was found of a model, in the order in which a user can act.
+    """Findings of a model's inspection, in the order for a user to act on.
 
     Attributes:
         name, engine_version: name of the model in the report, version of MuJoCo.
@@ -196,6 +196,6 @@ class Inspection:
 
     @property
     def passed(self) -> bool:
-        """True if nothing stands in the way: it closes, can move, and lint has no error."""
+        """True if the model closes, can move, passes its motion check, and lint finds no error."""
         ran = self.motion is None or self.motion.passed
         return self.closing.passed and self.moving.passed and self.loading.joints > 0 and ran and not self.errors

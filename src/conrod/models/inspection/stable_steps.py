@@ -27,7 +27,7 @@ CRAMPED = 4.0  # times its own step, below which a largest stable step is compar
 def search_steps(
     bench: TrialBench, command: Callable[[mujoco.MjData], None], seconds: float, span: float
 ) -> StepBounds | None:
-    """Double or halve the time step of a response until it differs from that of half the step, or diverges.
+    """Find the largest time steps at which halving the step leaves a response the same.
 
     Args:
         command: sets what begins the response in data at the start.
@@ -42,12 +42,12 @@ def search_steps(
         return None
     name = mujoco.mjtIntegrator(bench.model.opt.integrator).name.removeprefix("mjINT_")
     search = _Search(bench, command, seconds, span)
-    largest, tried = search.largest()
+    largest, tried = search.largest_step()
     diverges, faster = search.response(own) is None, None
     if name.lower() not in IMPLICIT and (largest is None or largest < CRAMPED * own):
         other = copy.copy(bench.model)
         other.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-        faster, _ = _Search(replace(bench, model=other), command, seconds, span).largest()
+        faster, _ = _Search(replace(bench, model=other), command, seconds, span).largest_step()
     shown = name if name == "RK4" else name.lower() if name != "EULER" else "Euler"
     return StepBounds(own, shown, largest, faster, diverges, search.change(own), tried)
 
@@ -91,22 +91,22 @@ class _Search:
         late = change[1, COMPARED_INSTANTS // 2 :].max()
         return float(max(change[0].max() / ranges[0], late / ranges[1]))
 
-    def is_same(self, step: float) -> bool:
-        """True if the response is that of half the step."""
+    def is_unchanged(self, step: float) -> bool:
+        """True if the response stays the same when a step [s] is halved."""
         change = self.change(step)
         return change is not None and change <= MAX_CHANGE
 
-    def largest(self) -> tuple[float | None, tuple[float, float]]:
-        """The largest step whose response is that of half of it, and the least and largest tried."""
+    def largest_step(self) -> tuple[float | None, tuple[float, float]]:
+        """Largest step [s] at which halving leaves the response the same; smallest and largest tried."""
         own = self._bench.step
-        if self.is_same(own):
+        if self.is_unchanged(own):
             for k in range(1, DOUBLINGS + 1):
-                if not self.is_same(2.0**k * own):
+                if not self.is_unchanged(2.0**k * own):
                     return 2.0 ** (k - 1) * own, (0.5 * own, 2.0**k * own * (1.0 + 1e-6))
             return 2.0**DOUBLINGS * own, (0.5 * own, 2.0**DOUBLINGS * own)
         for k in range(1, HALVINGS + 1):
             if self._seconds / own * 2.0 ** (k + 1) > MAX_SEARCH_STEPS:
                 break
-            if self.is_same(0.5**k * own):
+            if self.is_unchanged(0.5**k * own):
                 return 0.5**k * own, (0.5 ** (k + 1) * own, own)
         return None, (0.5 ** (k + 1) * own, own)

@@ -12,6 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from conrod.engines.engine import PASTED_DIGITS
 from conrod.engines.mujoco import INTEGRATORS, SOLVERS, compat
 from conrod.errors import InvalidInput
 from conrod.mjcf.document import Document
@@ -33,7 +34,6 @@ SEARCHED = {
 }
 # Time constant of closures, in steps, for integrators of order 1: the least that MuJoCo admits closes loops best.
 FIRST_ORDER_TIME_CONSTANT = 2.0
-DIGITS = 6  # of numbers that are pasted; runs are made with these
 AGAIN = "# after mj_setConst, which makes these anew: again"
 
 
@@ -45,7 +45,7 @@ def settings_edits(model: mujoco.MjModel, name: str, step: float, period: float,
         idle: as in `conrod.mjcf.driven_runs.with_settings`.
     """
     preset, integrator = SEARCHED[name]
-    step, tolerance = _rounded(step), Edit("tolerance", SOLVER_TOLERANCE)
+    step, tolerance = _round_to_paste(step), Edit("tolerance", SOLVER_TOLERANCE)
     if preset == OWN:
         return Edit("timestep", step), tolerance
     settings = preset_settings(preset, step, period, idle)
@@ -62,7 +62,7 @@ def settings_edits(model: mujoco.MjModel, name: str, step: float, period: float,
         return tuple(edits)
     rows, names = [one.index for one in closures], [one.name for one in closures]
     edits += [
-        Edit("eq_solref", tuple(map(_rounded, settings.solref)), rows, names),
+        Edit("eq_solref", tuple(map(_round_to_paste, settings.solref)), rows, names),
         Edit("eq_solimp", settings.solimp, rows, names),
     ]
     if settings.hardening is not None:
@@ -73,8 +73,8 @@ def settings_edits(model: mujoco.MjModel, name: str, step: float, period: float,
     return tuple(edits)
 
 
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")
+def _round_to_paste(value: float) -> float:
+    return float(f"{value:.{PASTED_DIGITS}g}")
 
 
 # -- lines to paste ----------------------------------------------------------------------------------------------------
@@ -145,8 +145,8 @@ def _in_mjcf(edit: Edit) -> bool:
 def _attribute(edit: Edit) -> str:
     """The value of an edit as text of MJCF."""
     if isinstance(edit.value, tuple):
-        return " ".join(f"{value:.{DIGITS}g}" for value in edit.value)
+        return " ".join(f"{value:.{PASTED_DIGITS}g}" for value in edit.value)
     if edit.array in ("integrator", "solver"):
         short = edit.value.name.split("_")[-1]
         return next(name for name in (*INTEGRATORS, *SOLVERS) if name.upper() == short)
-    return f"{edit.value:.{DIGITS}g}" if isinstance(edit.value, float) else f"{edit.value}"
+    return f"{edit.value:.{PASTED_DIGITS}g}" if isinstance(edit.value, float) else f"{edit.value}"

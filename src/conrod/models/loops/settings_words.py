@@ -12,7 +12,7 @@ from conrod.report.numbers import measured_text, quantity
 
 
 def settings_words(study: LoopStudy) -> str:
-    """Say in sentences which settings are the cheapest that hold the tolerance, and what is on both sides of them."""
+    """Describe the cheapest settings within tolerance, and the next coarser and own-actuator runs."""
     if (search := study.search) is None:
         return ""
     asked = ", ".join(f"{name} {with_share(study, name, allowed)}" for name, allowed in search.allowed.items())
@@ -45,7 +45,7 @@ def settings_words(study: LoopStudy) -> str:
 
 
 def _trial_words(study: LoopStudy, run: LoopRun) -> str:
-    """Name settings with what they leave of each judged error."""
+    """Describe a run: its settings, and each error that exceeds its tolerance."""
     settings = f"{run.label} with a step of {quantity(1e3 * run.timestep)} ms"
     if run.outcome is not Outcome.COMPLETED:
         return f"{settings} ended as {run.outcome.slug}: {run.reason}"

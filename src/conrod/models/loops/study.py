@@ -177,7 +177,7 @@ class _LoopBench:
         )  # fmt: skip
 
     def _moved_points(self) -> tuple[str, ...]:
-        """Names of points that closures move, where all requested points are rigid with what is driven or held."""
+        """Names of points that loops move, if all requested points are rigid with driven or held bodies."""
         if not self.question.points or any(point.name not in self.freedom.rigid for point in self.points):
             return ()
         asked = replace(self.question, points=())

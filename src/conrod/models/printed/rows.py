@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from conrod.errors import InvalidInput, named_values, unknown_choice
 from conrod.exact.link_rotations import ROTATION_UNITS
 from conrod.mechanism.units import check_number, parse_quantity
-from conrod.models.printed.verdicts import DIGITS, MAX_DIGITS, PrintedNumber
+from conrod.models.printed.verdicts import MAX_DIGITS, NUMBER_PATTERN, PrintedNumber
 from conrod.scenes import Scene
 
 NEEDED_COLUMNS = ("scene", "quantity", "angle_deg", "printed", "unit")
@@ -97,7 +97,7 @@ def _row(line: int, fields: Mapping[str, str], scene_of: Callable[[str], Scene])
     quantity, column = _quantity(scene, fields["quantity"]), TIME_COLUMN if by_time else "angle_deg"
     text = fields[column].replace(MINUS, "-")
     each = math.degrees(scene.speed) if by_time else 1.0  # [deg] of the unit of the column
-    degrees = each * parse_quantity(column, text.replace(",", ".") if DIGITS.fullmatch(text) else text, "")
+    degrees = each * parse_quantity(column, text.replace(",", ".") if NUMBER_PATTERN.fullmatch(text) else text, "")
     check_number(column, degrees, -MAX_ANGLE, MAX_ANGLE, "deg")
     printed = PrintedNumber(fields["printed"].replace(MINUS, "-"))
     units = PRINTED_UNITS | ROTATION_UNITS
@@ -110,7 +110,7 @@ def _angle_rounding(text: str) -> float:
 
     Round are multiples of ten of the last digit, and of five where they are whole.
     """
-    if len(text) > MAX_DIGITS or not DIGITS.fullmatch(text):
+    if len(text) > MAX_DIGITS or not NUMBER_PATTERN.fullmatch(text):
         return 0.0
     number = PrintedNumber(text)
     last_digits = round(abs(number.value) / number.last)

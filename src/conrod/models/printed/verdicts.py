@@ -12,7 +12,7 @@ from functools import cached_property
 from conrod.errors import InvalidInput
 
 # Digits with a decimal point or comma, as documents of either habit print them.
-DIGITS = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
+NUMBER_PATTERN = re.compile(r"[+-]?([0-9]+)([.,][0-9]+)?")
 MAX_DIGITS = 30  # with sign and mark; a double holds 17
 # An exact value this close to the middle between two prints may be rounded to either.
 TIE_WIDTH = 1e-7
@@ -29,7 +29,7 @@ class PrintedNumber:
     text: str
 
     def __post_init__(self) -> None:
-        if len(self.text) > MAX_DIGITS or not DIGITS.fullmatch(self.text):
+        if len(self.text) > MAX_DIGITS or not NUMBER_PATTERN.fullmatch(self.text):
             raise InvalidInput(
                 f"printed value {self.text[:40]!r} is not a decimal number: give its digits, like 14.66 or 14,66"
             )
@@ -42,7 +42,7 @@ class PrintedNumber:
     @cached_property
     def decimals(self) -> int:
         """Digits after the point."""
-        found = DIGITS.fullmatch(self.text)
+        found = NUMBER_PATTERN.fullmatch(self.text)
         return len(found.group(2)) - 1 if found and found.group(2) else 0
 
     @property

@@ -34,7 +34,7 @@ def contradictory_quantities(table: TableComparison) -> tuple[str, ...]:
 
 
 def _missed_changes(table: TableComparison, of: str, rate: str) -> Iterator[tuple[float, float]]:
-    """Largest change that the integral of each rate's column misses, and what is allowed, normalised."""
+    """Yield by rate column the largest change that its integral misses, and the limit, normalised."""
     for point in table.scene.lengths:
         size = table.normalising_size(of, point)
         for axis in AXES:

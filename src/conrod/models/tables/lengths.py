@@ -112,16 +112,16 @@ class _LengthSearch:
         return np.asarray((ends[0] - ends[1]) / (2.0 * probe))
 
     def most_likely(self, count: int) -> list[tuple[str, ...]]:
-        """Sets of so many lengths that explain most of the differences, to first order."""
+        """Sets of `count` lengths that explain most of the differences to first order, best first."""
 
-        def left(names: tuple[str, ...]) -> float:
+        def residual_norm(names: tuple[str, ...]) -> float:
             form = np.column_stack([self.slopes[name] for name in names])
             return float(np.linalg.norm(self.start - form @ np.linalg.lstsq(form, self.start, rcond=None)[0]))
 
-        return sorted(combinations(self.slopes, count), key=left)[:MAX_FITTED]
+        return sorted(combinations(self.slopes, count), key=residual_norm)[:MAX_FITTED]
 
     def fit(self, names: Sequence[str]) -> tuple[dict[str, float], float] | None:
-        """Fit some lengths by Gauss-Newton, p -= r / (dr/dp); return them [m] and what they leave, or None."""
+        """Fit lengths by Gauss-Newton, p -= r / (dr/dp); return them [m] and the residual's norm, or None."""
         usual = {name: self.table.scene.parameters[name] for name in names}
         values = dict(usual)
         try:
@@ -142,7 +142,7 @@ class _LengthSearch:
         return values, float(np.linalg.norm(off))
 
     def is_noise(self, values: dict[str, float]) -> bool:
-        """True if what lengths leave is no smooth series of time: its size is that of its third differences' noise."""
+        """True if the residual of fitted lengths is noise, as large as its third differences imply."""
         left = self.differences(values).reshape(len(self.table.times), -1)
         noise = [noise_of(column) for column in left.T]
         return float(np.sqrt(np.mean(left**2))) <= MAX_NOISE_FACTOR * float(np.sqrt(np.mean(np.square(noise))))

@@ -77,7 +77,7 @@ def _unjudged_words(study: TableStudy) -> Iterator[str]:
 
 
 def contradiction_words(study: TableStudy) -> Iterator[str]:
-    """Say which columns contradict the table's own columns of what they are the rate of."""
+    """Say which velocities contradict the table's positions, and which accelerations its velocities."""
     integrals = {"velocity": "velocities contradict the table's own positions", "acceleration": "accelerations "
                  "contradict the table's own velocities"}  # fmt: skip
     for name in study.contradictory:

@@ -57,7 +57,7 @@ def check_torque_run(
         points, units = tuple(machine.lengths), as_names(units)
         wanted = column_request(columns or {}, units, points)
         allowed = None if tolerance is None else check_tolerance(tolerance, JUDGED_QUANTITIES)
-        begun = _checked_start(start)
+        begun = _initial_crank(start)
         from conrod.models.tables.reading import read_table
 
         acting = _torque_of(torque, path)
@@ -69,8 +69,8 @@ def check_torque_run(
         return Findings(TORQUE_RUN_REPORT, {PART: found}, call, typed={PART: str(path)})
 
 
-def _checked_start(start: tuple[float, float] | float | None) -> CrankStart:
-    """The start of the crank that a user gives; raises InvalidInput for what is no number."""
+def _initial_crank(start: tuple[float, float] | float | None) -> CrankStart:
+    """Initial crank speed and angle of a user; raises InvalidInput if they are outside their bounds."""
     if start is None:
         return CrankStart()
     speed, angle = (*start, 0.0)[:2] if isinstance(start, tuple) else (start, 0.0)

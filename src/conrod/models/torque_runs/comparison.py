@@ -94,13 +94,13 @@ class RunComparison:
         return max((float(error.max()) for error in self.sizes.get(name, {}).values()), default=None)
 
     def normalised_differences(self) -> Array:
-        """Differences of all compared columns but accelerations, each over `unit_of` it, one after the other (N,)."""
+        """Differences (N,) of all compared columns but accelerations, each divided by its `unit_of`."""
         columns = [name for name in self.compared_columns if name.rsplit(".", 1)[-1][:1] != "a"]
         return np.concatenate([self.difference(name) / self.unit_of(name) for name in columns])
 
 
 def check_start(scene: Scene, values: Values, row_time: float) -> None:
-    """Refuse a run whose first row lies off the mechanism, whatever its crank angle.
+    """Refuse a run whose first row fits the mechanism at no crank angle.
 
     Raises:
         InvalidInput: says which point lies how far off.

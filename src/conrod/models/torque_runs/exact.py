@@ -20,7 +20,7 @@ Values = Mapping[str, Array]  # (T,) by quantity, SI, with the names of `columns
 
 @dataclass(frozen=True)
 class CrankStart:
-    """Crank at time 0: its angle [rad] and speed [rad/s]; None for what the scene has."""
+    """Angle [rad] and speed [rad/s] of the crank at time 0; a speed of None is the scene's."""
 
     angle: float = 0.0
     speed: float | None = None
@@ -60,7 +60,7 @@ def exact_motion(name: str, scene: Scene, torque: Torque, start: CrankStart, tim
 
 
 def quantities_of(scene: Scene, poses: Array, rates: Array, accelerations: Array) -> dict[str, Array]:
-    """What a table may hold of a motion of all bodies (T, 3 n): crank and observed points, SI."""
+    """Columns of a table by name, in SI: motion of crank and points, from all bodies' (T, 3 n)."""
     kinematics = scene.kinematics
     driver, turning = kinematics.mechanism.driver, 3 * kinematics.mechanism.body_index[kinematics.mechanism.crank] + 2
     found = {

@@ -27,7 +27,7 @@ Hypothesis: TypeAlias = tuple[str, Callable[[float], str], Callable[[float], Val
 
 
 def run_hypotheses(question: RunQuestion) -> Iterator[Hypothesis]:
-    """Yield each cause: its kind, its words for a size, what it predicts, and a first size; simple ones first."""
+    """Yield possible causes of a run's differences from the exact motion, the simplest first."""
     yield from _torque_hypotheses(question)
     yield from _stamp_hypotheses(question)
     yield from _start_hypotheses(question)

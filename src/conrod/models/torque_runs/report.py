@@ -43,7 +43,7 @@ def exact_words(study: TorqueRunStudy) -> str:
 
 
 def verdict_text(study: TorqueRunStudy) -> str:
-    """Return the verdict on a run: what is out of tolerance, or the largest errors within, and when."""
+    """Return the verdict on a run: exceeded limits with their instants, or the largest errors."""
     if study.distrust:
         return distrust_words(study)
     unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""

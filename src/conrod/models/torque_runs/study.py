@@ -191,7 +191,7 @@ def _scene_start_speed(scene: Scene) -> float:
 
 
 def _judged_tolerances(run: RunComparison, allowed: Mapping[str, float], *, asked: bool) -> dict[str, float]:
-    """Tolerances of what the run has; raises InvalidInput for one that the user gave and the run has not."""
+    """Tolerances of quantities in the run; raises InvalidInput if a requested quantity is missing."""
     missing = [name for name in allowed if run.largest(name) is None]
     kept = {name: size for name, size in allowed.items() if name not in missing}
     if (missing and asked) or not kept:
@@ -217,7 +217,7 @@ def _error_curves(run: RunComparison) -> dict[str, dict[str, RunError]]:
 
 
 def _notes(scene: Scene, reading: Reading, compared: int) -> Iterator[str]:
-    """Yield remarks on units, rows, and loads that act beside the torque."""
+    """Yield remarks on assumed units, skipped rows, and loads that act in addition to the torque."""
     if reading.repeated:
         yield f"rows that repeat the time and all values of the row before are left out: {reading.repeated}"
     assumed = [column.name for column in reading.columns if column.unit_from == "assumed"]

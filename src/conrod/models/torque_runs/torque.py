@@ -26,7 +26,7 @@ MAX_KINKS = 50_000  # at each the exact motion is begun anew: some 0.5 ms
 
 @dataclass(frozen=True)
 class Torque:
-    """The torque on the crank, in the sense in which the crank angle grows.
+    """Torque on the crank, positive in the direction of a growing crank angle.
 
     Attributes:
         law: its law in time.

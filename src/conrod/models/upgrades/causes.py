@@ -109,7 +109,7 @@ def chaos_words(request: ModelRun, before: ReleaseRun, old: Call) -> str:
 
 
 def step_words(before: ReleaseRun, sample: int) -> str:
-    """Say that forces agree from a sample on, and what a step makes of them does not."""
+    """Say that all forces agree at a sample, and the integrator's next state does not."""
     stages = ", in its further stages" if before.options["integrator"] == "RK4" else ""
     integrator = before.options["integrator"]
     return (

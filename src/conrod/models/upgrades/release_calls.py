@@ -140,7 +140,7 @@ _steppers: list[Block] = []  # of the model that this process steps now
 
 
 def prepare_model_stepper(request: ModelRun) -> int:
-    """Load the model anew, and begin to time its own run, again and again; return 0."""
+    """Load the model afresh, and prepare to time repetitions of its run; return 0."""
     _steppers.clear()
     model, data, _ = _start(request)
     steps = steps_of(request, float(model.opt.timestep))

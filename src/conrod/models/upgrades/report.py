@@ -29,7 +29,7 @@ def motion_words(change: ModelChange) -> str:
 
 
 def change_sentence(change: ModelChange) -> str:
-    """Say what a release changed, and why."""
+    """Describe how a release changed the model's run, and the cause."""
     if change.kind == REFUSED:
         return f"{change.version} does not load it: {change.cause}"
     parted = f" They part at {change.parted_at:.3g} s." if change.parted_at is not None else ""
@@ -71,7 +71,7 @@ def changes_table(study: UpgradeStudy) -> Table:
 
 
 def other_sentences(study: UpgradeStudy) -> list[str]:
-    """Say of each change that the headline does not have what it is, and why."""
+    """Describe each change that the headline leaves out."""
     said = headline(study)
     return [words for change in study.changes if (words := change_sentence(change)) not in said]
 
@@ -92,7 +92,7 @@ def costs_table(study: UpgradeStudy) -> Table:
 
 
 def unsupported_lines(study: UpgradeStudy) -> list[str]:
-    """List the releases that did not run the model, with the reason, but for those that the table has."""
+    """List releases that did not run the model, with the reason, unless the table of changes does."""
     said = {change.version for change in study.changes if change.kind == REFUSED}
     return [f"mujoco {version} unsupported: {why}" for version, why in study.unsupported.items() if version not in said]
 

@@ -36,7 +36,7 @@ class ModelRun:
 
 @dataclass(frozen=True, eq=False)
 class ReleaseRun:
-    """The model's own run in a release of MuJoCo, with T samples, and what the release made of the file.
+    """Run of a model in a release of MuJoCo, at T samples, and fields of the model as compiled.
 
     Attributes:
         fields: physical numbers of the compiled model, by the names of MuJoCo's fields.

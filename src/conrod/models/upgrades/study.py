@@ -129,7 +129,7 @@ def motion_change(before: ReleaseRun, after: ReleaseRun) -> ModelChange | None:
 
 
 def model_costs(study: UpgradeStudy, request: ModelRun, reference: str, call: CallRelease) -> tuple[ModelCost, ...]:
-    """Cost of a step in each release over that in a reference release; both step in turns, each in its process."""
+    """Time a step in each release against a reference release, alternating between two processes."""
 
     def block(version: str, process: int) -> Block:
         call(version, process, prepare_model_stepper, request)

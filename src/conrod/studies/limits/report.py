@@ -26,7 +26,7 @@ from conrod.studies.limits.results import STUDY_PARTS, LimitStudy, Walk
 
 # Given values, which a folder keeps in all digits; other fractions were measured.
 EXACT_FIELDS = ("value", "last_good", "first_bad", "good_again", "x", "y", "speed", "held", "flown")
-DIGITS = dict.fromkeys(EXACT_FIELDS)
+DIGITS_OF_FIELDS = dict.fromkeys(EXACT_FIELDS)
 
 MAX_VALUES_WITHOUT_FIGURE = 2  # of an axis; the table suffices
 Walks = Sequence[Walk]
@@ -160,5 +160,5 @@ LIMITS_REPORT = Kind(
     headline=headline,
     merge=merge_studies,
     digits=4,
-    digits_of=DIGITS,
+    digits_of=DIGITS_OF_FIELDS,
 )

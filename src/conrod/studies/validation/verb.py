@@ -82,7 +82,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
 
 
 def with_project_settings(asked: ValidateOptions) -> ValidateOptions:
-    """Fill in what the project's pyproject.toml sets and no option gives, and say so."""
+    """Fill in options that were not typed from the project's pyproject.toml, and print which."""
     if (file := options.project_file()) is None:
         return asked
     from conrod.cli.project import read_project_settings
