@@ -27,7 +27,7 @@ SHARE = re.compile(rf"({NUMBER.pattern})\s*L")
 
 @dataclass(frozen=True)
 class UnscaledLimit:
-    """An allowed error whose scale has to be known before a study can judge by it.
+    """An allowed error as a size or share; its quantity's scale converts it to a study's numbers.
 
     Attributes:
         size: in SI, or as a share of the quantity's scale.
@@ -72,7 +72,7 @@ def check_tolerance(
 
 
 def _parse_limit(label: str, name: str, text: str, in_si: bool) -> Limit:
-    """Parse a tolerance: a share with L, a size with a unit, or a plain number where that means one thing."""
+    """Parse a tolerance: a share with L, a size with a unit, or a plain number where it is unambiguous."""
     stripped, unit = text.strip(), SIZE_UNITS.get(name, "")
     example = EXAMPLES.get(unit, "")
     if NUMBER.match(stripped) is None:

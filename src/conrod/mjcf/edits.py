@@ -29,7 +29,7 @@ class Edit:
 
     @property
     def scales(self) -> bool:
-        """True if the edit multiplies, as of inverse weights."""
+        """True if the edit multiplies rows of an array, as for inverse weights."""
         return self.array.endswith("_invweight0")
 
     def make(self, model: mujoco.MjModel) -> None:
@@ -60,7 +60,7 @@ Recipe = tuple[Edit, ...]
 
 
 def apply_recipe(model: mujoco.MjModel, recipe: Recipe) -> mujoco.MjModel:
-    """A copy of a model with a recipe applied."""
+    """Copy a model, and make a recipe's edits in the copy."""
     changed = copy.copy(model)
     for edit in recipe:
         edit.make(changed)

@@ -91,7 +91,7 @@ def load_with_notes(path: Path, unit: float = 1.0) -> tuple[mujoco.MjModel, tupl
 
 
 def spec_without_missing(path: Path) -> tuple[mujoco.MjSpec, LeftOut] | None:
-    """Parse a model without the assets and plugins that are not there; None if none is missing."""
+    """Parse a model without its missing assets and plugins; None if none is missing."""
     left_out = LeftOut()
     with silence_warnings(), contextlib.chdir(path.resolve().parent):
         try:
@@ -151,7 +151,7 @@ def _take_out_missing(spec: mujoco.MjSpec, kind: str, left_out: LeftOut) -> None
 
 
 def _is_there(file: str, folder: str) -> bool:
-    """True if a file that an asset names is in one of the places where MuJoCo looks for it."""
+    """True if an asset's file is in one of the places where MuJoCo looks for it."""
     return any(place.is_file() for place in (Path(folder, file), Path(file)))
 
 
@@ -194,7 +194,7 @@ def _is_moved(body: Any) -> bool:
 
 
 def _parse_without_plugins(path: Path, error: str, left_out: LeftOut) -> mujoco.MjSpec | None:
-    """Parse a file without the plugins that MuJoCo does not have; None if it does not parse without them either."""
+    """Parse a file without the plugins that MuJoCo lacks; None if it does not parse even so."""
     try:
         root = _expand_includes(ET.parse(path).getroot(), path.parent, [path])
     except (ET.ParseError, OSError, ValueError):

@@ -65,7 +65,7 @@ def convert_to_metres(model: mujoco.MjModel, unit: float) -> None:
 
 
 def _refuse_unknown(model: mujoco.MjModel) -> None:
-    """Refuse a model with parts whose dimension is not looked at."""
+    """Refuse a model with parts, such as flexes and muscles, that are not converted to metres."""
     muscles = model.actuator_gaintype == int(mujoco.mjtGain.mjGAIN_MUSCLE)
     custom = model.actuator_biastype == int(mujoco.mjtBias.mjBIAS_USER)
     parts = {

@@ -104,7 +104,7 @@ def _key_of(task: str, path: Path, beside: str, arguments: tuple[Any, ...]) -> s
         "path": str(path),
         "models": digests,
         "arguments": plain_values(arguments),
-        "scenes": [one.identity() for one in _flat(arguments) if isinstance(one, Scene)],
+        "scenes": [one.identity() for one in _flatten(arguments) if isinstance(one, Scene)],
         "environment": {**environment(), "scipy": version("scipy")},
         "conrod": _source_stamps(),
         "machine": machine_fingerprint(),
@@ -112,10 +112,10 @@ def _key_of(task: str, path: Path, beside: str, arguments: tuple[Any, ...]) -> s
     return hashlib.sha256(json.dumps(determining, sort_keys=True).encode()).hexdigest()[:32]
 
 
-def _flat(arguments: tuple[Any, ...]) -> Iterator[Any]:
-    """Yield the arguments, and those in tuples among them."""
+def _flatten(arguments: tuple[Any, ...]) -> Iterator[Any]:
+    """Yield all arguments, with tuples among them flattened."""
     for one in arguments:
-        yield from _flat(one) if isinstance(one, tuple) else [one]
+        yield from _flatten(one) if isinstance(one, tuple) else [one]
 
 
 @cache

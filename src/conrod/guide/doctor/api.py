@@ -65,7 +65,7 @@ class SelfTest:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What `doctor` found."""
+    """Findings of `doctor` on an installation."""
 
     system: str
     packages: tuple[PackageCheck, ...]

@@ -64,15 +64,15 @@ class TriedActuator:
 
     @property
     def holds_position(self) -> bool:
-        """True if it is a servo that goes to a position."""
+        """True if the actuator is a servo that holds a position."""
         return self.kind in ("position", "intvelocity")
 
     def control_for(self, value: float) -> float:
-        """Return the control (or activation) with which a servo goes to a value of its coordinate."""
+        """Return the control (or activation) that commands a servo to a value of its coordinate."""
         return (self.stiffness * self.gear * value - self.offset) / self.gain
 
     def value_for(self, control: float) -> float:
-        """Return the value of its coordinate that a servo goes to with a control."""
+        """Return the value of its coordinate that a control (or activation) commands a servo to."""
         return (self.gain * control + self.offset) / (self.stiffness * self.gear)
 
 
@@ -181,7 +181,7 @@ def _untried_reason(model: mujoco.MjModel, k: int, transmission: mujoco.mjtTrn, 
 def value_range(
     model: mujoco.MjModel, one: TriedActuator, start: float, extent: float
 ) -> tuple[tuple[float, float], str]:
-    """Range of the coordinate that a servo is tried in, and where it is from, in words; empty where it is the file's.
+    """Range of a servo's coordinate for its trial, and its origin in words (empty: the model file).
 
     Args:
         start: value of its coordinate at the start.

@@ -115,14 +115,14 @@ def _joints_to_hold(model: mujoco.MjModel, one: TriedActuator, every: Iterable[T
 
 
 def _carries_joints(model: mujoco.MjModel, joint: int) -> bool:
-    """True if a body with joints hangs on the body of a joint."""
+    """True if other bodies of the same kinematic tree as a joint's body have joints."""
     base = int(model.jnt_bodyid[joint])
     below = np.flatnonzero(model.body_rootid == model.body_rootid[base])
     return any(model.body_jntnum[body] and body != base for body in below.tolist())
 
 
 def _hold_servos(model: mujoco.MjModel, data: mujoco.MjData, every: Iterable[TriedActuator]) -> None:
-    """Tell all servos to stay where they are, and all others to make no force."""
+    """Command all servos to their present positions, and all other actuators to no force."""
     for other in every:
         if other.untried:
             continue
@@ -133,7 +133,7 @@ def _hold_servos(model: mujoco.MjModel, data: mujoco.MjData, every: Iterable[Tri
 
 
 def set_command(model: mujoco.MjModel, data: mujoco.MjData, one: TriedActuator, value: float) -> None:
-    """Tell a servo to hold a value of its coordinate from now on, its activation included."""
+    """Command a servo to hold a value of its coordinate, and set its activation to match."""
     control = one.control_for(value)
     if one.kind != "intvelocity" and model.actuator_ctrllimited[one.control]:
         control = float(np.clip(control, *model.actuator_ctrlrange[one.control]))
@@ -146,7 +146,7 @@ def set_command(model: mujoco.MjModel, data: mujoco.MjData, one: TriedActuator, 
 
 
 def moment(model: mujoco.MjModel, data: mujoco.MjData, one: TriedActuator) -> Array:
-    """Rate (nv,) of an actuator's coordinate by the rates of all joints."""
+    """Derivatives (nv,) of an actuator's coordinate's rate by the rates of all joints."""
     start, size = int(data.moment_rowadr[one.output]), int(data.moment_rownnz[one.output])
     row = np.zeros(model.nv)
     row[data.moment_colind[start : start + size]] = data.actuator_moment[start : start + size]

@@ -66,7 +66,7 @@ def try_actuators(
 def _try_one(
     model: mujoco.MjModel, start: mujoco.MjData, one: TriedActuator, every: list[TriedActuator], *, search: bool
 ) -> ActuatorResult:
-    """Try an actuator by its kind."""
+    """Try an actuator by the method for its kind."""
     bench = prepare_trial(model, start, one, every)
     result = ActuatorResult(
         one.name, one.kind, one.drives, one.unit, bench.inertia or None, bench.load / one.gear,
@@ -173,7 +173,7 @@ def set_control(bench: TrialBench, data: mujoco.MjData, value: float) -> None:
 
 
 def _damping_hint(bench: TrialBench, result: ActuatorResult) -> float | None:
-    """The damping gain kv = 2 sqrt(kp m) - d that damps a servo critically; None where it has as much already."""
+    """The damping gain kv = 2 sqrt(kp m) - d of critical damping; None if the servo's is as large."""
     one, n = bench.actuator, bench.direction
     passive = float(np.sum(bench.model.dof_damping * n**2))
     critical = 2.0 * math.sqrt(one.stiffness * one.gear**2 * bench.inertia)
@@ -182,7 +182,7 @@ def _damping_hint(bench: TrialBench, result: ActuatorResult) -> float | None:
 
 
 def _run_until_settled(bench: TrialBench, data: mujoco.MjData, seconds: float, span: float, move: float) -> TrialRun:
-    """Run for some time, and on until the response has settled or the longest run is over."""
+    """Run in pieces of some seconds until the response settles or the longest run is over."""
     steps, most = max(2, round(seconds / bench.step)), round(_longest_phase(bench) / bench.step)
     parts, done = [run_trial(bench, data, steps, span)], steps
     size = abs(move) or span

@@ -50,7 +50,7 @@ def examine_closing(model: mujoco.MjModel, keyframe: str | None, unit: float = 1
 
 
 def tree_at(model: mujoco.MjModel, pose: Array) -> SpatialTree | None:
-    """The spatial tree of a model in a pose (nq,), without handles; None where closures are of no rigid bodies.
+    """Spatial tree of a model in a pose (nq,), without mouse handles; None if it has no such tree.
 
     A weld to a mocap body drags a part after the mouse, and is no loop that a pose has to close.
     """

@@ -119,7 +119,7 @@ def _shown_unit(joint: SpatialJoint) -> tuple[float, str]:
 
 
 def track_laws(tree: SpatialTree, texts: Mapping[str, str]) -> None:
-    """Track the motion of the loops by laws, to see that it is one.
+    """Check that laws determine a motion of the loops, by tracking it.
 
     Raises:
         InvalidInput: the loops do not allow it.

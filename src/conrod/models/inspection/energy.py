@@ -23,7 +23,7 @@ SWITCHED_OFF = ("ACTUATION", "CONTACT", "DAMPER", "FRICTIONLOSS", "LIMIT")
 
 
 def free_energy(model: mujoco.MjModel, start: mujoco.MjData) -> FreeEnergy | None:
-    """Follow the energy of an open chain of rigid bodies that swings freely; None of another model.
+    """Measure how a freely swinging open chain gains or loses energy; None for any other model.
 
     Kinetic energy is v' M v / 2, potential energy that of weight and springs (MuJoCo documentation, mjData.energy).
     Without loads their sum stays.
@@ -85,7 +85,7 @@ def _energy(model: mujoco.MjModel, aside: mujoco.MjData, coordinates: Array, rat
 def _run_freely(
     model: mujoco.MjModel, state: tuple[Array, Array], seconds: float
 ) -> tuple[float | None, str, float | None]:
-    """Energy gained over the largest kinetic energy, why the run broke off, and that kinetic energy [J]."""
+    """Swing freely; return energy gain over largest kinetic energy, reason of a stop, the latter [J]."""
     data, aside = mujoco.MjData(model), mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = state
     step = float(model.opt.timestep)

@@ -111,7 +111,7 @@ def _check_controls(model: mujoco.MjModel, one: TriedActuator, law: DriveLaw) ->
 
 
 def _controls(one: TriedActuator, law: DriveLaw, times: Array) -> Array:
-    """Controls (T,) that follow a law: of a position the coordinate, of a speed its rate."""
+    """Controls (T,) that follow a law: by its coordinate for a position servo, its rate for a speed one."""
     coordinate, rate, *_ = law.derivatives(times)
     if one.kind in SERVOS:
         return np.asarray((one.stiffness * one.gear * coordinate - one.offset) / one.gain)
@@ -120,7 +120,7 @@ def _controls(one: TriedActuator, law: DriveLaw, times: Array) -> Array:
 
 
 def _run_seconds(law: DriveLaw) -> float:
-    """Length of a run [s] that a law is compared in."""
+    """Length of the run [s] for comparing a response with its law."""
     if law.text.startswith("sine:"):
         return PERIODS * law.duration
     return (1.0 + REST) * law.duration if law.text.startswith(("move:", "table:")) else law.duration

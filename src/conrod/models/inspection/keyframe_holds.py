@@ -20,7 +20,7 @@ MAX_KEYFRAMES = 8
 
 
 def hold_keyframes(model: mujoco.MjModel) -> tuple[KeyframeHold, ...]:
-    """Run a model from each keyframe whose controls say something: of a servo, or other than 0."""
+    """Run a model from each keyframe that has nonzero controls, or from all if it has position servos."""
     every, found = [one for one in read_actuators(model) if not one.untried], list[KeyframeHold]()
     for k, name in enumerate(names_or_numbers(names_of(model, "key"))[:MAX_KEYFRAMES]):
         if np.any(model.key_ctrl[k]) or any(one.kind == "position" for one in every):

@@ -65,7 +65,7 @@ def distance_across(model: mujoco.MjModel) -> float:
 
 
 def unit_questions(model: mujoco.MjModel, unit: float) -> Iterator[str]:
-    """Ask about sizes, densities and a gravity that no machine in metres and kilograms has.
+    """Yield questions on sizes, densities and gravity that are implausible in metres and kilograms.
 
     Args:
         unit: unit of the file's lengths [m].

@@ -41,7 +41,7 @@ def _kind_lines(kind: str, same: list[ActuatorResult]) -> Iterator[str]:
 
 
 def _common(tried: list[ActuatorResult]) -> Iterator[str]:
-    """Yield the worst of what healthy actuators of a kind did, each a clause."""
+    """Yield clauses on the worst error, settling, overshoot and step of healthy actuators of a kind."""
     responses = [response for one in tried for response in one.responses]
     if responses:
         yield f"each reached within {percent_text(max(one.missing_share for one in responses))}"

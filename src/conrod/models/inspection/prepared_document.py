@@ -16,7 +16,7 @@ from conrod.mjcf.unit_of_length import convert_to_metres
 
 
 class PreparedDocument(Document):
-    """A model's text that was prepared, with lengths in a unit [m]; compiled it is in metres."""
+    """A model's text prepared for lint, with lengths in a unit [m]; compiles to a model in metres."""
 
     def __init__(self, text: bytes, folder: Path, unit: float) -> None:
         self.folder, self.unit, self._content = folder, unit, text

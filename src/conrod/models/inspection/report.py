@@ -124,7 +124,7 @@ def _range_lines(pose: PoseOpening) -> Iterator[str]:
 
 
 def _exact_lines(study: Inspection) -> Iterator[str]:
-    """Yield how far its runs are from its exact motion, driven, or why that is not judged."""
+    """Yield how far the model's driven runs are from its exact motion, or why that is not judged."""
     motion = study.motion
     if motion is None:
         yield f"not judged: {study.not_judged}"
@@ -219,7 +219,7 @@ def _suggested_law(actuator: ActuatorResult) -> str:
 
 
 def _command(study: Inspection, *words: str) -> str:
-    """The command that inspects the same model, with further words."""
+    """The command that inspects the same model, with further arguments."""
     asked = study.question
     unit = next(name for name, size in LENGTH_UNITS.items() if size == asked.unit)
     given = [] if asked.unit == 1.0 else ["--unit", unit]
@@ -237,7 +237,7 @@ def _keyframe_words(name: str, pose: str) -> str:
 
 
 def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
-    """Yield the answer on each model, its sections, and the next command."""
+    """Yield the summary of each model, its sections, and the next command."""
     for study in studies:
         yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
         yield ""
@@ -264,7 +264,7 @@ def _summary(study: Inspection) -> dict[str, Any]:
 
 
 def index_table(index: Index[Inspection]) -> Table:
-    """Return a row for each model, with the answer."""
+    """Return a row for each model, with the summary of its inspection."""
     rows = [
         (f"[{entry['title']}]({quote(entry['page'])})", entry["summary"]["finding"]) for entry in index.entries.values()
     ]

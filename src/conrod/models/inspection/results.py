@@ -35,7 +35,7 @@ class InspectionRequest:
 
 @dataclass(frozen=True)
 class Loading:
-    """The model as MuJoCo loads it.
+    """Content of a model as MuJoCo loads it: numbers of parts, size and mass.
 
     Attributes:
         bodies, joints, closures, actuators: how many there are; the world is no body.
@@ -119,7 +119,7 @@ class Closing:
 
 @dataclass(frozen=True)
 class Moving:
-    """What moves a model, and how well.
+    """Degrees of freedom of a model, and how its actuators, drives and keyframes behave.
 
     Attributes:
         mobility: its degrees of freedom, and what drives them; None of a model that has too many to count.
@@ -191,7 +191,7 @@ class Inspection:
 
     @property
     def errors(self) -> tuple[Finding, ...]:
-        """What lint finds that makes the motion wrong."""
+        """Findings of lint that make the motion wrong."""
         return tuple(one for one in self.findings if one.severity is Severity.ERROR)
 
     @property

@@ -81,7 +81,7 @@ class _Search:
         return np.array([np.interp(times, step * np.arange(count), values) for values in (run.values, run.rates)])
 
     def change(self, step: float) -> float | None:
-        """Share of the response's range by which half the step changes it; None where one of both diverges."""
+        """Change of the response, over its range, when a step [s] is halved; None if either run diverges."""
         one, half = self.response(step), self.response(0.5 * step)
         if one is None or half is None:
             return None

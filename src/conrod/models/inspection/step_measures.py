@@ -52,7 +52,7 @@ def measure_step(
 
 
 def is_creeping(values: Array, target: float) -> bool:
-    """True if values (T,) come nearer to a target all through the last part of a run, and are not there yet.
+    """True if values (T,) still approach a target throughout the last part of a run.
 
     What has settled off its target, as under a load, comes no nearer: less than `CREEP_SHARE` of what is left.
     """

@@ -62,18 +62,18 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
 
 
 def start_pose(model: mujoco.MjModel, question: InspectionRequest) -> Array:
-    """Coordinates (nq,) that the loops are assembled from: of the given keyframe, or the reference pose."""
+    """Coordinates (nq,) to assemble the loops from: the given keyframe's, or the reference pose."""
     return np.array(data_at_start(model, question.keyframe or OWN_POSE)[0].qpos)
 
 
 def pose_inside(closing: Closing, model: mujoco.MjModel, unit: float) -> Array | None:
-    """The nearest closed pose (nq,) with joints in their ranges, in metres; None where the start is inside."""
+    """Nearest closed pose (nq,) [m, rad] inside all joint ranges; None if the start is inside them."""
     text = closing.start.inside
     return np.array(text.split(), dtype=float) * unit ** coordinate_powers(model) if text else None
 
 
 def largest_step(model: mujoco.MjModel, moving: Moving) -> float | None:
-    """The largest step [s] that all actuators bear, the model's own at least; None where none was tried."""
+    """Largest step [s] stable for all actuators, at least the model's; None if none was tried."""
     bounds = [one.steps.largest or 0.0 for one in moving.actuators if one.steps is not None]
     return max(float(model.opt.timestep), min(bounds)) if bounds else None
 
@@ -99,7 +99,7 @@ def judge_motion(
 def lint_findings(
     path: Path, question: InspectionRequest, *, whole: bool
 ) -> tuple[tuple[Finding, ...], tuple[str, ...]]:
-    """What lint finds in a model, and notes on how it was judged.
+    """Lint a model; return the findings, and notes on how they were judged.
 
     Args:
         whole: whether all that the file names is there.

@@ -19,7 +19,7 @@ MIN_ROWS = 8
 
 
 def contradictory_quantities(table: TableComparison) -> tuple[str, ...]:
-    """Quantities whose integral over the table's own times is not the change of the quantity that they are the rate of.
+    """Names of velocity and acceleration, each if its integral contradicts the table's own columns.
 
     The trapezoidal rule over the rows is compared with the same rule on the exact motion, so that rows that lie far
     apart do not count: with the table v, a and the exact V, A, |v - v(0) - sum a dt - (V - V(0) - sum A dt)|.

@@ -31,7 +31,7 @@ ALIKE_FACTOR = 2.0  # lengths that leave so many times as much as the best canno
 
 
 def length_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
-    """Undo the length that explains a table best, and where none does, the two lengths that do."""
+    """Yield the table as judged with the length that best explains it, or else with two lengths."""
     name = next((one for one in ("position", "velocity", "acceleration") if table.points(one)), None)
     if name is None:
         return
@@ -75,7 +75,7 @@ class _LengthSearch:
         return self.differences({})
 
     def differences(self, values: dict[str, float]) -> Array:
-        """Differences (N,) of the table from the machine with other lengths [m], over the sizes of the usual one."""
+        """Differences (N,) of the table from the machine with changed lengths [m], normalised as before."""
         scene = self.table.scene.with_parameters(**values) if values else self.table.scene
         other = replace(self.table, scene=scene)
         parts = [

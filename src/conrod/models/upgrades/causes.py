@@ -63,7 +63,7 @@ def cause_of_change(request: ModelRun, before: ReleaseRun, after: ReleaseRun, ol
 
 
 def relative_differences(one: Array, other: Array) -> Array:
-    """Largest difference of each row (T, n), over the largest number in it where that is above 1."""
+    """Largest difference in each row (T, n), relative to the row's largest number if that exceeds 1."""
     scale = np.maximum(1.0, np.abs(one).max(axis=1, initial=0.0))
     return np.asarray(np.nan_to_num(np.abs(other - one).max(axis=1, initial=0.0) / scale, nan=np.inf))
 
@@ -96,7 +96,7 @@ def _element_name(run: ReleaseRun, field: str, row: int) -> str:
 
 
 def chaos_words(request: ModelRun, before: ReleaseRun, old: Call) -> str:
-    """Say how far the older release itself parts from a start that is one bit off."""
+    """Say how far the older release's run moves if its start changes by one bit."""
     other = old(run_model, request, True)
     count = min(before.samples, other.samples)
     share = np.linalg.norm(other.bodies[:count] - before.bodies[:count], axis=2).max(axis=1) / before.extent

@@ -38,7 +38,7 @@ OPTION_FIELDS = (
 
 
 def run_model(request: ModelRun, perturbed: bool = False) -> ReleaseRun:
-    """Run a model as its file has it.
+    """Run a model with its file's settings; record states, bodies' positions and contacts.
 
     Args:
         perturbed: start one bit off, in all coordinates and rates.
@@ -114,7 +114,7 @@ def states_between(request: ModelRun, state: Mapping[str, Array], steps: int) ->
 
 
 def terms_at(request: ModelRun, states: Mapping[str, Array]) -> list[StepTerms]:
-    """The terms of the equations of motion at each state, and what one step from there leads to."""
+    """Terms of the equations of motion at each state, and the state after one step from it."""
     model, data, _ = _start(request)
     found = list[StepTerms]()
     with silence_warnings():
