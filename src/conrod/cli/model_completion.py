@@ -53,7 +53,7 @@ def points(context: click.Context, parameter: click.Parameter, typed: str) -> li
 
 
 def parameters(context: click.Context, parameter: click.Parameter, typed: str) -> list[CompletionItem]:
-    """Parameters of the scenes that are named, or of those that a verb takes where none is."""
+    """Complete names of parameters: of the scenes on the line, or of all scenes with a closed form."""
     known = dict.fromkeys(name for scene in _scenes(context) for name in scene.parameter_facts())
     return matching_names((f"{name}=" for name in known), typed)
 

@@ -185,7 +185,7 @@ def _offset_words(result: JudgedResult, lengths: Mapping[str, float]) -> str:
 
 
 def _engine_sentence(engine: str, results: Sequence[JudgedResult], lengths: Mapping[str, float]) -> str:
-    """Say how far off an engine's results are, first those that are not judged; empty if there is nothing to say.
+    """Say how far off an engine's results are, the unjudged first; empty if none has an error.
 
     Args:
         results: of the engine; those that failed are left out.
@@ -201,12 +201,12 @@ def _engine_sentence(engine: str, results: Sequence[JudgedResult], lengths: Mapp
         named = [f"{_preset_words(run.preset)} {_offset_words(run, lengths)}".strip() for run in within]
         verb = "is" if len(within) == 1 else "are"
         lacking = next(filter(None, map(lacking_words, within)), "")
-        parts.append(f"{joined(named)} {verb} within tolerance{lacking}")
+        parts.append(f"{join_in_sentence(named)} {verb} within tolerance{lacking}")
     return f"{engine_style(engine).title} {'; '.join(parts)}." if parts else ""
 
 
 def _engine_sentences(results: Iterable[JudgedResult], lengths: Mapping[str, float]) -> list[str]:
-    """Say how far off each engine's results are, a sentence each; nothing where no result has a size."""
+    """Return a sentence on each engine's errors; none if no result has an error in mm."""
     of_engine: dict[str, list[JudgedResult]] = {}
     for run in results:
         of_engine.setdefault(run.engine, []).append(run)
@@ -215,7 +215,7 @@ def _engine_sentences(results: Iterable[JudgedResult], lengths: Mapping[str, flo
     return [said for name, runs in of_engine.items() if (said := _engine_sentence(name, runs, lengths))]
 
 
-def joined(words: Sequence[str]) -> str:
+def join_in_sentence(words: Sequence[str]) -> str:
     """Join words as in a sentence: `a, b and c`."""
     return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
 

@@ -29,7 +29,7 @@ def names_in_model(path: Path) -> Mapping[str, list[str]]:
 
 
 class _NameReader:
-    """The names in files that are read one in the other, and the defaults that say of what type a joint is."""
+    """Reader of names in a model file and its includes; resolves joint types by classes of defaults."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -41,14 +41,14 @@ class _NameReader:
         self._types, self._parents = dict[str, str](), dict[str, str]()  # by class of defaults
 
     def names(self) -> Mapping[str, list[str]]:
-        """Names by kind, those of joints by their types."""
+        """Return all names by kind; joints by their type (hinge, slide, ball)."""
         joints = defaultdict[str, list[str]](list)
         for name, stated, joint_class in self._joints:
             joints[stated or self._type_of_class(joint_class)].append(name)
         return {**self._found, **joints}
 
     def read_file(self, path: Path) -> None:
-        """Read a file; an element of it that names another goes on there."""
+        """Read the names in a file, and in the files that it includes."""
         if path.resolve() in self._read or not path.is_file():
             return
         self._read.add(path.resolve())
@@ -75,7 +75,7 @@ class _NameReader:
             self._types[joint_class] = given.get("type", "")
         elif parent == "actuator":
             self._keep("actuator", name)
-        elif tag == "joint" and "equality" not in inside and is_plain(name):
+        elif tag == "joint" and "equality" not in inside and is_plain_word(name):
             stated = given.get("type", "")
             self._joints.append((name, JOINT_TYPES.get(stated, stated), given.get("class", joint_class)))
         elif tag in KINDS:
@@ -83,18 +83,18 @@ class _NameReader:
         self._open.append((tag, given.get("childclass", joint_class)))
 
     def _include(self, name: str, folder: Path) -> None:
-        """Read what is included: beside the model, or else beside the file that includes."""
+        """Read an included file, from the folder of the model or else of the including file."""
         for place in dict.fromkeys((self._folder, folder)):
             if name and (place / name).is_file():
                 self.read_file(place / name)
                 return
 
     def _keep(self, kind: str, name: str) -> None:
-        if is_plain(name):
+        if is_plain_word(name):
             self._found[kind].append(name)
 
     def _type_of_class(self, joint_class: str) -> str:
-        """Type that a class of defaults gives to joints, or one that it is in; a hinge where none does."""
+        """Joint type of a class of defaults or its nearest ancestor with one; a hinge without any."""
         for _ in range(len(self._parents) + 1):
             if self._types.get(joint_class):
                 break
@@ -102,6 +102,6 @@ class _NameReader:
         return self._types.get(joint_class) or "hinge"
 
 
-def is_plain(name: str) -> bool:
+def is_plain_word(name: str) -> bool:
     """True if a name is one word that a shell takes without quotes, and a terminal shows."""
     return bool(name) and name.isprintable() and not set(name) & set(" \"'`$\\&|;<>()*?[]!#~")

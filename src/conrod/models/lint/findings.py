@@ -61,7 +61,7 @@ class FixedModel:
 
 @dataclass(frozen=True)
 class Report:
-    """All that was found in a model."""
+    """Findings of lint in a model."""
 
     model: str  # path of the file
     run: str  # description of the run, in a sentence
