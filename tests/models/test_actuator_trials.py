@@ -122,6 +122,19 @@ def test_servo_ten_times_too_weak_is_named() -> None:
     assert strong.alarms == ()
 
 
+def test_load_of_weak_servo_is_that_where_it_ends() -> None:
+    spring, gain = 40.0, 100.0  # [N/m]: the load grows with the displacement, and is the weight alone at the start
+    text = f'<position name="servo" joint="lift" kp="{gain}" dampratio="1" ctrlrange="-0.4 0.4"/>'
+    model = on_slide(text)
+    model.jnt_stiffness[0] = spring
+    found = try_one(model)
+    worst = max(found.responses, key=lambda one: one.missing_share)
+    borne = gain * abs(worst.target - worst.final)
+    assert borne == pytest.approx(spring * worst.final + WEIGHT, rel=0.02)
+    assert f"under a load of {borne:.0f} N there: its gain is low" in found.words()
+    assert f"{abs(found.load):.0f} N" != f"{borne:.0f} N"
+
+
 def test_servo_that_overshoots_is_named_with_closed_form() -> None:
     ratio = 0.1
     made = f'<position name="servo" joint="lift" kp="{KP}" dampratio="{ratio}" ctrlrange="-0.4 0.4"/>'
@@ -143,6 +156,11 @@ def test_damper_that_the_step_does_not_bear_is_named() -> None:
     assert found.steps.largest == pytest.approx(0.5 * STEP)
     assert found.steps.implicitfast is not None
     assert found.steps.implicitfast > STEP
+    # Of a stiffer one no step that was tried is small enough: h kv / m > 2 of the least that is named.
+    stiffer = try_one(servo('kv="2e4"')).steps
+    assert stiffer is not None
+    assert "none down to 0.25 ms is small enough" in stiffer.words
+    assert stiffer.tried[0] * 2e4 / MASS > 2.0
     # Negative control: with implicitfast the step is borne.
     mended = try_one(servo(f'kv="{stiff}"', 'integrator="implicitfast"'))
     assert not mended.broke

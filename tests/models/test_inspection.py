@@ -21,6 +21,7 @@ from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.report import finding, next_step, sections, settings_to_paste
 from conrod.models.inspection.results import Inspection, InspectionRequest
 from conrod.models.inspection.study import inspect, largest_step
+from conrod.models.lint.findings import Finding, Severity
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 FOUR_BAR = (CASES / "four-bar-open.xml").read_text(encoding="utf-8")
@@ -136,6 +137,10 @@ def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path, clo
     assert found.loading.remarks == closed.loading.remarks == ()
     assert found.loading.across == pytest.approx(closed.loading.across, rel=1e-9)
     assert found.loading.mass == pytest.approx(closed.loading.mass, rel=1e-9)
+    # The unit comes before all else, as no size is right without it; asked once, and not of a model in metres.
+    assert next_step(typed).startswith("if it is in mm: conrod check")
+    assert "model.xml --unit mm; otherwise: conrod check" in next_step(typed)
+    assert "if it is in mm" not in next_step(found) + next_step(closed)
 
 
 # -- does it close? ----------------------------------------------------------------------------------------------------
@@ -158,11 +163,20 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
     off = replace(motion.own, errors={**motion.own.errors, "position": 3e-4})
     titles = [title for title, _ in settings_to_paste(replace(closed, motion=replace(motion, runs=(off,))))]
     assert titles[0] == "the cheapest settings within tolerance, to paste before </mujoco>"
+    # Lines that lint's error is mended by too are the next thing to do, where MJCF can say all of them.
+    soft = Finding(rule="soft-closure", what="pin2 opens", severity=Severity.ERROR, evidence={}, why="", fix="harden")
+    given = replace(closed, findings=(soft,))
+    assert motion.search is not None
+    for compiled, words in (("", "paste the lines above before </mujoco>, then conrod check"), ("x", "conrod harden")):
+        search = replace(motion.search, after_compiling=compiled)
+        edited = replace(given, motion=replace(motion, runs=(off,), paste="<option/>", search=search))
+        assert next_step(edited).startswith(words)
+    assert next_step(replace(closed, findings=(soft,))).startswith("conrod harden")  # its own do: no line is printed
 
 
 def test_settings_stay_at_steps_that_actuators_bear() -> None:
-    def bound(*largest: float | None) -> float | None:
-        steps = [SimpleNamespace(steps=SimpleNamespace(largest=one)) for one in largest]
+    def bound(*largest: float | None, faster: float | None = None) -> float | None:
+        steps = [SimpleNamespace(steps=SimpleNamespace(largest=one, implicitfast=faster)) for one in largest]
         moving: Any = SimpleNamespace(actuators=(*steps, SimpleNamespace(steps=None)))
         return largest_step(mujoco.MjModel.from_xml_string(CLOSED), moving)
 
@@ -170,6 +184,8 @@ def test_settings_stay_at_steps_that_actuators_bear() -> None:
     assert bound(0.016, 0.004) == 0.004
     # What bears no step that was tried, or less than the model's own of 1 ms, leaves that.
     assert bound(0.016, None) == bound(0.0005) == 0.001
+    # What RK4 does not bear, implicitfast may: settings are tried under both.
+    assert bound(None, faster=0.008) == 0.008
 
 
 def test_an_open_loop_is_named_with_its_nearest_closed_pose(tmp_path: Path) -> None:
@@ -186,6 +202,20 @@ def test_a_loop_open_by_a_millimetre_is_said(tmp_path: Path) -> None:
     found = inspected(CLOSED.replace('name="R" pos="0.22 0 0"', 'name="R" pos="0.221 0 0"'), tmp_path)
     assert not found.closing.passed
     assert "pin2 is open by 1.0 mm" in said(found, "close")
+
+
+def test_a_loop_that_an_axis_blocks_names_the_axis(tmp_path: Path, closed: Inspection) -> None:
+    tilted = CLOSED.replace('joint name="rocker" axis="0 0 1"', 'joint name="rocker" axis="0 0.1 1"')
+    assert tilted != CLOSED
+    found = inspected(tilted, tmp_path)
+    assert "Nothing of it can move." in finding(found)
+    model = mujoco.MjModel.from_xml_string(tilted)
+    drives, reason = choose_drives(model, model.qpos0)
+    assert not drives
+    assert reason.endswith("each alone would explain it")
+    assert next_step(found).startswith("mend what leaves it no freedom, as 4 says, then conrod check")
+    # Control: with parallel axes nothing is blocked.
+    assert "Nothing of it can move." not in finding(closed)
 
 
 def test_an_anchor_that_is_off_its_parts_is_named() -> None:

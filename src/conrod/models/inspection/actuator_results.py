@@ -99,7 +99,7 @@ class StepBounds:
         implicitfast: the same with `implicitfast`; None if none is, or it was not tried.
         diverges: whether the response diverges at the model's own step.
         change: share of its range by which half of the model's own step changes the response; None where it diverges.
-        tried: least and largest tried step [s].
+        tried: least and largest step [s] whose response was compared with that of half the step.
     """
 
     own: float
@@ -242,7 +242,8 @@ class ActuatorResult:
         if worst.obstacles:
             return f"{where}: {' and '.join(worst.obstacles)} in the way"
         if abs(self.load) > 0.0 and self.sag is not None and abs(self.sag) > 0.5 * abs(worst.error):
-            return f"{where}, under its load of {measured_text(abs(self.load))} {self.force_unit}: its gain is low"
+            # The load where it ends, which is not that of the start.
+            return f"{where}, under a load of {measured_text(abs(worst.last))} {self.force_unit} there: its gain is low"
         return where
 
     @property

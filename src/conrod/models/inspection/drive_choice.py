@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -15,8 +15,9 @@ from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.mobility import check_drives, drives_to_add, free_directions
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.equalities import closure_name, handle_indices
-from conrod.mjcf.loading import name_or_number
+from conrod.mjcf.loading import OWN_POSE, name_or_number
 from conrod.mjcf.reading import duration, tree_of
+from conrod.models.loops.tracking import track_motion
 
 FULL_TURN, SWINGS = "60rpm", (20.0, 5.0)  # of a hinge without a range; amplitudes [deg] where it cannot turn fully
 STROKE_SHARE = 0.05  # of the extent: amplitude of a slide without a range
@@ -46,7 +47,7 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
     except InvalidInput as error:
         return {}, str(error)
     if not joints:
-        return {}, "its loops leave nothing that could be driven"
+        return {}, why_nothing_moves(there, preferred_joints(model, there))
     reason = ""
     for text in law_texts(joints[0], there, from_start=inside is None):
         laws = {joints[0].name: text, **{joint.name: "hold" for joint in joints[1:]}}
@@ -56,6 +57,21 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
         except InvalidInput as error:
             reason = reason or f"driven by {joints[0].name}={text}: {error}"
     return {}, reason
+
+
+def why_nothing_moves(tree: SpatialTree, names: Sequence[str]) -> str:
+    """Say why loops leave nothing that could be driven, by the axis that is off where one explains it."""
+    said = "its loops leave nothing that could be driven"
+    joint = next((one for one in tree.joints if one.name in names[:1]), None)
+    if joint is None or joint.kind != "hinge":
+        return said
+    law = parse_drive_law(FULL_TURN, joint.unit, float(tree.start[joint.coordinate]), joint.name)
+    held = tuple(one.name for one in tree.joints if one not in tree.loop_joints)
+    try:
+        track_motion(DrivenTree(tree, {joint.name: law}, held), 0.0, OWN_POSE, explained=False)
+    except InvalidInput as error:
+        return f"{said}: driven by {joint.name}, {error}"
+    return said
 
 
 def joints_to_drive(model: mujoco.MjModel, tree: SpatialTree) -> list[SpatialJoint]:

@@ -30,9 +30,9 @@ def load_for_inspection(path: Path, question: InspectionRequest) -> tuple[mujoco
     model, left_out = load_with_notes(path, question.unit)
     check_finite(model)
     lost = tuple(lost_in_translation(path, model)) if path.suffix.lower() == URDF else ()
-    return model, replace(
-        describe_model(model), left_out=left_out, remarks=(*lost, *unit_questions(model, question.unit))
-    )
+    remarks = (*lost, *unit_questions(model, question.unit))
+    likely = "mm" if question.unit == 1.0 and longest_part(model)[1] > MAX_PART else ""
+    return model, replace(describe_model(model), left_out=left_out, remarks=remarks, likely_unit=likely)
 
 
 def describe_model(model: mujoco.MjModel) -> Loading:
@@ -70,13 +70,11 @@ def unit_questions(model: mujoco.MjModel, unit: float) -> Iterator[str]:
     Args:
         unit: unit of the file's lengths [m].
     """
-    lengths = {body: length for body in range(1, model.nbody) if (length := _length_of(model, body)) > 0.0}
-    name = {body: mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, body) or f"body {body}" for body in lengths}
-    longest = max(lengths, key=lambda body: lengths[body], default=0)
+    name, length = longest_part(model)
     gravity = float(np.linalg.norm(model.opt.gravity))
-    if longest and lengths[longest] > MAX_PART:
+    if length > MAX_PART:
         hint = f", as its gravity of {gravity:.4g} says" if 9e3 < gravity < 1.1e4 else ""
-        yield f"{name[longest]} is {lengths[longest]:.3g} m long: is the model in millimetres{hint}? --unit mm says so"
+        yield f"{name} is {length:.3g} m long: is the model in millimetres{hint}? --unit mm says so"
         return  # masses of such a model say nothing yet
     if unit != 1.0 and 9.7 < gravity / unit < 9.9:
         yield f"its gravity is {gravity / unit:.4g}, in its unit of length: the Earth's would be {9.81 / unit:.5g}"
@@ -86,6 +84,14 @@ def unit_questions(model: mujoco.MjModel, unit: float) -> Iterator[str]:
         if unit != 1.0 and mass * unit**3 < MAX_DENSITY * room:
             ask = f'1000 kg/m³ are density="{1000.0 * unit**3:.3g}" in its unit of length'
         yield f"it weighs {mass:.3g} kg, more than metal that fills it would: {ask}"
+
+
+def longest_part(model: mujoco.MjModel) -> tuple[str, float]:
+    """Name and length [m] of the longest body that moves; a length of 0 where none has a size."""
+    lengths = {body: _length_of(model, body) for body in range(1, model.nbody)}
+    longest = max(lengths, key=lambda body: lengths[body], default=0)
+    name = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_BODY, longest) or f"body {longest}"
+    return name, lengths.get(longest, 0.0)
 
 
 def _length_of(model: mujoco.MjModel, body: int) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
 
@@ -44,7 +45,8 @@ def finding(study: Inspection) -> str:
     sentences += [f"{one[0].upper()}{one[1:]}." for one in study.moving.alarms[:MAX_ALARMS]]
     if more := study.moving.alarms[MAX_ALARMS:]:
         sentences.append(f"And {_count_text(len(more), 'more alarm')} of its actuators.")
-    if not study.loading.joints or (not study.moving.passed and not study.moving.alarms):
+    nothing_said = not study.moving.passed and not study.moving.alarms
+    if not study.loading.joints or study.moving.is_stuck_closed or nothing_said:
         sentences.append("Nothing of it can move.")
     if closing.passed and study.motion is not None and study.motion.own.errors:
         off = in_mm(study.motion.own.errors["position"])
@@ -181,23 +183,46 @@ def _lint_lines(study: Inspection) -> Iterator[str]:
 
 def next_step(study: Inspection) -> str:
     """Return what to do next, with the command to type."""
-    closing, again = study.closing, _command(study)
-    start = closing.start
-    if closing.apart or (not closing.passed and not start.closed):
-        what = "connect sites where the parts meet" if closing.apart else f"mend lengths and places of {start.worst}"
-        return f"{what}, then {again}"
-    for name, pose in (("closed", "" if closing.passed else start.closed), ("inside", start.inside)):
-        if pose:
-            return f"{_keyframe_words(name, pose)}, then {_command(study, '--keyframe', name)}"
+    if likely := study.loading.likely_unit:  # no size is right before that
+        size_is_right = replace(study, loading=replace(study.loading, likely_unit=""))
+        return f"if it is in {likely}: {_command(study, '--unit', likely)}; otherwise: {next_step(size_is_right)}"
+    again = _command(study)
+    if said := _mending_step(study, again):
+        return said
     if any(one.rule == "soft-closure" for one in study.errors):
+        if _can_be_pasted(study):
+            return f"paste the lines above before </mujoco>, then {again}"
         return f"conrod harden {shlex.quote(study.file)}"
     if study.motion is not None and study.motion.search is not None:
         drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
-        allowed = 1e3 * study.motion.search.allowed["position"]
-        return _command(study, *drives, "--tolerance", f"position={allowed:.1g}mm")
-    if not study.loading.joints:
-        return f"give it a joint, then {again}"
+        allowed = float(f"{1e3 * study.motion.search.allowed['position']:.1g}")
+        return _command(study, *drives, "--tolerance", f"position={allowed:.15g}mm")
     return _first_drive(study)
+
+
+def _mending_step(study: Inspection, again: str) -> str:
+    """What must be mended first: parts that do not meet, a blocked loop, a start, no joint; empty if nothing.
+
+    Args:
+        again: the command that inspects the model again.
+    """
+    closing, start = study.closing, study.closing.start
+    if closing.apart or (not closing.passed and not start.closed):
+        what = "connect sites where the parts meet" if closing.apart else f"mend lengths and places of {start.worst}"
+        return f"{what}, then {again}"
+    if study.moving.is_stuck_closed:
+        return f"mend what leaves it no freedom, as 4 says, then {again}"
+    for name, pose in (("closed", "" if closing.passed else start.closed), ("inside", start.inside)):
+        if pose:
+            return f"{_keyframe_words(name, pose)}, then {_command(study, '--keyframe', name)}"
+    return "" if study.loading.joints else f"give it a joint, then {again}"
+
+
+def _can_be_pasted(study: Inspection) -> bool:
+    """True if the settings that are printed can be written into the file as a whole."""
+    motion = study.motion
+    lines = motion is not None and motion.paste and any(settings_to_paste(study))
+    return bool(lines and motion is not None and motion.search is not None and not motion.search.after_compiling)
 
 
 def _first_drive(study: Inspection) -> str:

@@ -43,6 +43,7 @@ class Loading:
         mass: mass of all bodies [kg].
         left_out: files and parts that are not there and that no motion needs, in words.
         remarks: what is lost in translation, or looks wrong, in words.
+        likely_unit: unit that its lengths seem to have, to be given as `--unit`; empty where they seem right.
     """
 
     bodies: int
@@ -53,6 +54,7 @@ class Loading:
     mass: float
     left_out: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    likely_unit: str = ""
 
 
 @dataclass(frozen=True)
@@ -152,6 +154,11 @@ class Moving:
         broke += [*(one.broke for one in self.keyframes), *(one.broke for one in self.followed)]
         weak = [*(one.is_too_weak for one in self.actuators), *(one.is_too_weak for one in self.followed)]
         return not (self.mobility is not None and self.mobility.is_stuck) and not any(broke) and not any(weak)
+
+    @property
+    def is_stuck_closed(self) -> bool:
+        """True if nothing can move although the loops are closed where that was counted."""
+        return self.mobility is not None and self.mobility.is_stuck and self.mobility.closed
 
     @property
     def lines(self) -> tuple[str, ...]:

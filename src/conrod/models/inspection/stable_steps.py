@@ -98,15 +98,16 @@ class _Search:
 
     def largest_step(self) -> tuple[float | None, tuple[float, float]]:
         """Largest step [s] at which halving leaves the response the same; smallest and largest tried."""
-        own = self._bench.step
+        own, least = self._bench.step, self._bench.step
         if self.is_unchanged(own):
             for k in range(1, DOUBLINGS + 1):
                 if not self.is_unchanged(2.0**k * own):
-                    return 2.0 ** (k - 1) * own, (0.5 * own, 2.0**k * own * (1.0 + 1e-6))
-            return 2.0**DOUBLINGS * own, (0.5 * own, 2.0**DOUBLINGS * own)
+                    return 2.0 ** (k - 1) * own, (own, 2.0**k * own * (1.0 + 1e-6))
+            return 2.0**DOUBLINGS * own, (own, 2.0**DOUBLINGS * own)
         for k in range(1, HALVINGS + 1):
             if self._seconds / own * 2.0 ** (k + 1) > MAX_SEARCH_STEPS:
                 break
-            if self.is_unchanged(0.5**k * own):
-                return 0.5**k * own, (0.5 ** (k + 1) * own, own)
-        return None, (0.5 ** (k + 1) * own, own)
+            least = 0.5**k * own
+            if self.is_unchanged(least):
+                return least, (least, own)
+        return None, (least, own)

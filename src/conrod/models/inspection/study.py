@@ -73,8 +73,12 @@ def pose_inside(closing: Closing, model: mujoco.MjModel, unit: float) -> Array |
 
 
 def largest_step(model: mujoco.MjModel, moving: Moving) -> float | None:
-    """Largest step [s] stable for all actuators, at least the model's; None if none was tried."""
-    bounds = [one.steps.largest or 0.0 for one in moving.actuators if one.steps is not None]
+    """Largest step [s] stable for all actuators, at least the model's; None if none was tried.
+
+    It is that of the integrator that bears more, as settings are tried under several.
+    """
+    tried = [one.steps for one in moving.actuators if one.steps is not None]
+    bounds = [max(steps.largest or 0.0, steps.implicitfast or 0.0) for steps in tried]
     return max(float(model.opt.timestep), min(bounds)) if bounds else None
 
 
