@@ -16,6 +16,7 @@ from benchmarks import (
     mujoco_recording,
     pymunk_recording,
     references,
+    space_cost,
     two_jobs,
 )
 from benchmarks.row import Row
@@ -31,6 +32,7 @@ GROUPS: dict[str, tuple[Callable[[int], list[Row]], int]] = {
     "jobs": (two_jobs.rows, 3),
     "help": (help_time.rows, 11),
     "commands": (command_cost.rows, 5),
+    "space": (space_cost.rows, 3),
 }
 
 

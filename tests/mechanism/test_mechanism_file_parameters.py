@@ -15,7 +15,7 @@ from described import FOUR_BAR, SLIDER_CRANK, shuffle_declarations, tables, with
 from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
 from conrod.execution.run import RunCase
-from conrod.mechanism.units import parse_quantity
+from conrod.mechanism.units import FACTORS, _unit_registry, parse_quantity
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_from_tables
 
 DOCS = Path(__file__).parents[2] / "docs" / "mechanism-files.md"
@@ -105,6 +105,14 @@ def test_parameter_error_names_the_place(defect: str, write: Path) -> None:
 )
 def test_unit_spellings_are_equal(text: str, unit: str, value: float) -> None:
     assert parse_quantity("it", text, unit) == pytest.approx(value, rel=1e-15)
+
+
+def test_common_factors_are_those_of_pint() -> None:
+    registry = _unit_registry()
+    for (written, unit), factor in FACTORS.items():
+        of_pint = registry.parse_units(written)
+        for value in (*range(1, 400), *(k / 100 for k in range(-400, 400))):
+            assert registry.Quantity(float(value), of_pint).to(unit).magnitude == value * factor
 
 
 @pytest.mark.parametrize(("text", "unit"), [("1 kg m3", "kg*m^2"), ("1 m2", "m"), ("1 m23", "m"), ("1 m-", "m")])

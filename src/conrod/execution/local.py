@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from abc import abstractmethod
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -236,10 +236,15 @@ def call_isolated(
         Exception: any error that the task raised, other than MemoryError.
     """
     with LocalProcesses(1, timeout=timeout, memory=memory) as process:
-        try:
-            return process.submit(task, *arguments).result()
-        except (TimeoutError, MemoryError, WorkerDied) as error:
-            return FailedCall.from_error(error)
+        return _outcome_of(process.submit(task, *arguments))
+
+
+def _outcome_of(call: Future[Result]) -> Result | FailedCall:
+    """Wait for a call; return its result, or how its process ended."""
+    try:
+        return call.result()
+    except (TimeoutError, MemoryError, WorkerDied) as error:
+        return FailedCall.from_error(error)
 
 
 def call_on_file(task: Callable[..., Result], path: Path, *arguments: Any, timeout: float = FILE_TIMEOUT) -> Result:
@@ -252,7 +257,31 @@ def call_on_file(task: Callable[..., Result], path: Path, *arguments: Any, timeo
     Raises:
         InvalidInput: raised by the task, or the task crashed, took too long or too much memory.
     """
-    result = call_isolated(task, path, *arguments, timeout=timeout, memory=FILE_MEMORY)
+    return _usable(path, call_isolated(task, path, *arguments, timeout=timeout, memory=FILE_MEMORY))
+
+
+def call_on_own_files(
+    task: Callable[..., Result], calls: Sequence[tuple[Path, tuple[Any, ...]]], jobs: int
+) -> Generator[Result, None, None]:
+    """Call a task on files that conrod wrote, several at a time, and yield the results in order.
+
+    Args:
+        task: as in `call_on_file`; processes serve one call after another, so that it must not leave anything behind.
+        calls: path and further arguments of each call.
+        jobs: number of calls at a time.
+
+    Raises:
+        InvalidInput: as in `call_on_file`; the other calls are ended.
+    """
+    with LocalProcesses(min(jobs, len(calls)), timeout=FILE_TIMEOUT, memory=FILE_MEMORY) as processes:
+        made = [processes.submit(task, path, *arguments) for path, arguments in calls]
+        for (path, _), call in zip(calls, made, strict=True):
+            result = _outcome_of(call)
+            yield _usable(path, result)
+
+
+def _usable(path: Path, result: Result | FailedCall) -> Result:
+    """Return the result of a task on a file; raise InvalidInput if it has none."""
     if isinstance(result, FailedCall):
         raise InvalidInput(f"{path}: it cannot be used: {result.outcome.meaning} ({result.reason})")
     return result

@@ -36,6 +36,16 @@ PRODUCT_DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
 REVOLUTION = 2.0 * math.pi  # [rad]
 RPM = REVOLUTION / 60.0  # [rad/s]
 MM = 1e3  # millimetres in a metre
+# Factors of common units, as pint has them to the last bit: to load it takes half a second.
+FACTORS = {
+    ("mm", "m"): 0.001,
+    ("cm", "m"): 0.01,
+    ("deg", "rad"): 0.017453292519943295,
+    ("deg/s", "rad/s"): 0.017453292519943295,
+    ("rpm", "rad/s"): 0.10471975511965977,
+    ("ms", "s"): 0.001,
+    ("g", "kg"): 0.001,
+}
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+")
 
 
@@ -100,6 +110,8 @@ def _convert(name: str, text: str, value: float, written: str, unit: str) -> flo
     """Convert a value in a parsed unit to an SI unit."""
     if written == unit:
         return value  # as pint gives it, which takes a quarter of a second to read its units
+    if (written, unit) in FACTORS:
+        return value * FACTORS[written, unit]
     import pint
 
     registry = _unit_registry()

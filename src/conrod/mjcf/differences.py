@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from conrod.comparison.plain_values import plain_values
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialBody, SpatialClosure, SpatialTree, displace
@@ -47,12 +48,13 @@ class MachineComparison:
 
 def compare_with_machine(
     name: str, model: SpatialTree, machine: SpatialTree, laws: Mapping[str, DriveLaw], held: tuple[str, ...],
-    motion: SpatialMotion, inactive: Collection[str] = (),
+    motion: SpatialMotion, inactive: Collection[str] = (), tracked: DrivenTree | None = None,
 ) -> MachineComparison:  # fmt: skip
     """Compare a model's exact motion with a machine's, at points of the same name, and list differences.
 
     Args:
         inactive: names of closures that the model has and that do not act.
+        tracked: the model with its tracked motion, which is the machine's too where both are the same in every number.
 
     Raises:
         InvalidInput: model and machine have no point in common, or the machine lacks a driven joint.
@@ -67,7 +69,11 @@ def compare_with_machine(
     different = (*_other_zeros(model, machine, laws), *list_differences(model, machine, inactive))
     kinds = any(_have_other_kinds(model, machine))
     try:
-        driven.track_branch(driven.assemble_start(), float(motion.times[-1]))
+        start = driven.assemble_start()
+        if tracked is not None and _is_tracked(driven, start, float(motion.times[-1]), tracked):
+            driven.knots, driven.misfit = tracked.knots, tracked.misfit
+        else:
+            driven.track_branch(start, float(motion.times[-1]))
     except InvalidInput:
         return MachineComparison(name, None, "", different, other_kinds=kinds)
     exact = driven.motion(motion.times, order=2)
@@ -76,6 +82,17 @@ def compare_with_machine(
     if off[worst] > NUMBER_TOLERANCE * machine.extent and _on_other_branch(driven, motion, exact):
         return MachineComparison(name, off[worst], worst, (), True)
     return MachineComparison(name, off[worst], worst, different, other_kinds=kinds)
+
+
+def _is_tracked(driven: DrivenTree, start: Array, duration: float, tracked: DrivenTree) -> bool:
+    """True if another machine with tracked motion is the same in every number, from its start (nq, 1) on."""
+    first, last = tracked.knots[0], tracked.knots[-1]
+    return (
+        np.array_equal(first.coordinates, start)
+        and last.time == duration
+        and (tracked.laws, tracked.held) == (driven.laws, driven.held)
+        and plain_values(tracked.tree) == plain_values(driven.tree)
+    )
 
 
 def _on_other_branch(driven: DrivenTree, motion: SpatialMotion, exact: SpatialMotion) -> bool:

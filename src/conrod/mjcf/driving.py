@@ -6,7 +6,6 @@ import copy
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import isfinite
 
 import mujoco
@@ -31,6 +30,7 @@ from conrod.mjcf.loading import FoundPoint, name_or_number
 # drive changes the joint's acceleration by one part in so many.
 FLYWHEEL_RATIO = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
+STEPS_TOGETHER = 256  # whose forces are computed at once: a law costs as much at one time as at a hundred
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 RESET_REASON = "MuJoCo reset its state"
 
@@ -106,14 +106,15 @@ class Drives:
         kind = "passive" if off else "control"
         callback, set_callback = (getattr(mujoco, f"{verb}_mjcb_{kind}") for verb in ("get", "set"))
 
-        @lru_cache(1)  # two stages of RK4 are at one time, and the last one is where the next step begins
-        def forces(time: float) -> list[tuple[int, float]]:
-            now = np.array([time])
-            return [(joint.rate, self.armature * law.derivatives(now)[2, 0]) for joint, law in self.joints]
+        rates, known = [joint.rate for joint, _ in self.joints], dict[float, tuple[float, ...]]()
 
         def push(_: mujoco.MjModel, data: mujoco.MjData) -> None:
+            if (forces := known.get(time := data.time)) is None:
+                known.clear()
+                known.update(self._forces_from(time))
+                forces = known[time]
             applied = data.qfrc_applied
-            for rate, force in forces(data.time):
+            for rate, force in zip(rates, forces, strict=True):
                 applied[rate] = force
 
         before = callback()
@@ -122,6 +123,15 @@ class Drives:
             yield
         finally:
             set_callback(before)
+
+    def _forces_from(self, time: float) -> dict[float, tuple[float, ...]]:
+        """Forces on the flywheels at the stages of the next `STEPS_TOGETHER` steps from a time [s], by time."""
+        step = float(self.model.opt.timestep)
+        # MuJoCo adds up steps one by one. Stages of RK4 are at a step's beginning, twice at its middle, and at its end.
+        begins = np.add.accumulate([time, *[step] * STEPS_TOGETHER])
+        times = np.concatenate([begins, begins + 0.5 * step])
+        forces = [(self.armature * law.derivatives(times)[2]).tolist() for _, law in self.joints]
+        return dict(zip(times.tolist(), zip(*forces, strict=True), strict=True))
 
 
 def driven_run(

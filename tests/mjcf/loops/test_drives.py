@@ -15,9 +15,10 @@ import pytest
 from conrod import harden
 from conrod.engines.mujoco import HARDENING_FACTOR
 from conrod.engines.mujoco.compiled_edits import INVERSE_WEIGHTS, set_armature, set_step
+from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.driven_runs import with_settings
-from conrod.mjcf.driving import Drives, driven_run
+from conrod.mjcf.driving import STEPS_TOGETHER, Drives, driven_run
 from conrod.mjcf.loop_results import OWN, LoopRequest
 from conrod.models.loops.study import _LoopBench
 
@@ -272,6 +273,36 @@ def test_run_follows_a_reversing_drive_when_actuation_is_off(flag: str) -> None:
 
 
 # -- settings that a flag would keep from being read -------------------------------------------------------------------
+
+
+def test_flywheels_are_pushed_by_the_laws_at_each_stage() -> None:
+    found = machine(body("a", DISC) + body("b", f"0.1 0 0|{DISC}"), coupled("b", "a", "0 -2 0 0 0"))
+    model = mujoco.MjModel.from_xml_string(found)
+    driven = _LoopBench.from_request(model, LoopRequest({"a": "sine:20deg,1.5Hz"}, seconds=1.0)).machine
+    drives, law, asked = Drives(driven, model), driven.laws["a"], mujoco.MjData(model)
+    model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
+    with drives.pushing_flywheels():
+        for k in range(2 * STEPS_TOGETHER + 3):
+            mujoco.mj_step(model, asked)
+            if k == STEPS_TOGETHER:  # to a time that no step from the last one leads to
+                asked.time = 0.1234567
+            mujoco.mj_forward(model, asked)
+            force = drives.armature * law.derivatives(np.array([asked.time]))[2, 0]
+            assert asked.qfrc_applied[driven.driven[0].rate] == pytest.approx(force, rel=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["dense", "sparse"])
+def test_jacobian_is_the_product_with_each_direction(kind: str) -> None:
+    text, _ = MODELS["disc and crank"]
+    model = mujoco.MjModel.from_xml_string(text.replace("<option ", f'<option jacobian="{kind}" '))
+    data = mujoco.MjData(model)
+    data.qpos[:] = 0.3
+    mujoco.mj_forward(model, data)
+    products = np.empty((model.nv, data.nefc))
+    for row, direction in zip(products, np.eye(model.nv), strict=True):
+        mujoco.mj_mulJacVec(model, data, row, direction)
+    assert np.any(products)
+    assert constraint_jacobian(model, data).tobytes() == np.ascontiguousarray(products.T).tobytes()
 
 
 def test_hardening_holds_when_inverse_inertias_vary_each_step() -> None:

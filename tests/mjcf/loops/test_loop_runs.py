@@ -19,6 +19,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space.mobility import forces
+from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.differences import MachineComparison, compare_with_machine
 from conrod.mjcf.driven_runs import compare_kinematics, judge_run, with_settings
 from conrod.mjcf.driving import LoopRecording, driven_run
@@ -59,7 +60,7 @@ def comparison(machine: str, mjcf: str) -> MachineComparison:
     question = LoopRequest(dict(MACHINES[machine]().drives), seconds=1.0)
     own = _LoopBench.from_request(mujoco.MjModel.from_xml_string(mjcf), question).machine
     return compare_with_machine(
-        machine, own.tree, machine_tree(machine), own.laws, own.held, own.motion(TIMES, order=2)
+        machine, own.tree, machine_tree(machine), own.laws, own.held, own.motion(TIMES, order=2), tracked=own
     )
 
 
@@ -94,6 +95,23 @@ def test_comparison_names_other_branch_and_no_healthy_model(branch: float) -> No
     assert found.other_branch == (branch < 0.0)
     assert (found.off < 1e-12) == (branch > 0.0)
     assert found.differences == ()
+
+
+def test_motion_of_the_same_machine_is_tracked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    question, machine = LoopRequest(dict(MACHINES["rssr"]().drives), seconds=1.0), machine_tree("rssr")
+    own = _LoopBench.from_request(mujoco.MjModel.from_xml_string(MACHINES["rssr"]().mjcf), question).machine
+    tracked, motion, track = list[DrivenTree](), own.motion(TIMES, order=2), DrivenTree.track_branch
+
+    def count(self: DrivenTree, start: Array, duration: float) -> None:
+        tracked.append(self)
+        track(self, start, duration)
+
+    monkeypatch.setattr(DrivenTree, "track_branch", count)
+    once, twice = (
+        compare_with_machine("rssr", own.tree, machine, own.laws, own.held, motion, tracked=known)
+        for known in (own, None)
+    )
+    assert (once, len(tracked)) == (twice, 1)
 
 
 def test_other_branch_is_named_with_the_point_furthest_off() -> None:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 from conrod.errors import InvalidInput, as_mapping, as_names
 from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
 from conrod.execution.baseline_check import BaselineCheck
-from conrod.execution.runner import Runs
+from conrod.execution.local import call_on_own_files
+from conrod.execution.runner import Runs, available_cores
 from conrod.execution.tolerances import UnscaledLimit, check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
@@ -89,9 +92,9 @@ def check_loops(
     }  # fmt: skip
     check = BaselineCheck.prepare(baseline, {}, words, accept=accept)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
-    for one in several:
-        progress(str(one))
-        part, study = _check_one(one, question, runs=None if check else runs)
+    for one, (part, study) in zip(
+        several, _check_all(several, question, 1.0, runs, progress, recall=not check), strict=True
+    ):
         if part in found:
             raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
         found[part], typed[part] = study, str(one)
@@ -100,7 +103,7 @@ def check_loops(
         # No scene's speed drives these: their steps are otherwise in the last bits instead.
         compared = check.compare(
             list(found.values()),
-            lambda _: [[_check_one(one, question, factor)[1] for one in several] for factor in STEP_FACTORS],
+            lambda _: [[study for _, study in _check_all(several, question, factor, runs)] for factor in STEP_FACTORS],
             loop_lines,
         )
     asked = [str(one) if isinstance(one, str | Path) else "the model" for one in several]
@@ -119,15 +122,35 @@ def check_loops(
     return Findings(LOOPS_REPORT, found, call, typed=typed, baseline=compared)
 
 
-def _check_one(
-    model: str | Path | mujoco.MjModel | mujoco.MjSpec,
+def _check_all(
+    models: Sequence[str | Path | mujoco.MjModel | mujoco.MjSpec],
     question: LoopRequest,
-    step_factor: float = 1.0,
-    runs: Runs | None = None,
+    step_factor: float,
+    runs: Runs | None,
+    progress: Callable[[str], object] = lambda name: None,
+    *,
+    recall: bool = False,
+) -> Generator[tuple[str, LoopStudy], None, None]:
+    """Judge models one after the other, and machines in space side by side; yield names in the report, and studies.
+
+    Args:
+        recall: whether the ledger is asked.
+    """
+    names = [one for one in models if isinstance(one, str) and one in MACHINES]
+    jobs = (runs or Runs()).jobs or available_cores()
+    with closing(_check_machines(names, question, step_factor, jobs)) as machines:
+        for one in models:
+            progress(str(one))
+            if isinstance(one, str) and one in MACHINES:
+                yield one, next(machines)
+            else:
+                yield _check_file(one, question, step_factor, runs if recall else None)
+
+
+def _check_file(
+    model: str | Path | mujoco.MjModel | mujoco.MjSpec, question: LoopRequest, step_factor: float, runs: Runs | None
 ) -> tuple[str, LoopStudy]:
-    """Judge one model or machine; return its name in the report, and its study."""
-    if isinstance(model, str) and model in MACHINES:
-        return model, check_machine(model, question, step_factor)
+    """Judge one model; return its name in the report, and its study."""
     with file_of_model(model) as (path, shown):
         check_readable(path)
         part = shown or path.stem
@@ -135,17 +158,28 @@ def _check_one(
         return part, study if shown is None else replace(study, file=shown)
 
 
-def check_machine(name: str, question: LoopRequest, step_factor: float = 1.0) -> LoopStudy:
-    """Judge a machine in space by its model, driven by its default laws unless others are given."""
-    machine = MACHINES[name]()
-    own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
+def _check_machines(
+    names: Sequence[str], question: LoopRequest, step_factor: float, jobs: int
+) -> Generator[LoopStudy, None, None]:
+    """Judge machines in space by their models, driven by their default laws unless others are given."""
+    if not names:
+        return
+    task: Callable[..., LoopStudy] = resolve_name(STUDY)
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, f"{name}.xml")
-        path.write_text(machine.mjcf, encoding="utf-8")
-        try:
-            return replace(check_model_loops(path, own, name, step_factor), file=name)
-        except InvalidInput as error:
-            raise InvalidInput(str(error).replace(f"{path}", name)) from None
+        calls = list[tuple[Path, tuple[LoopRequest, str, float]]]()
+        for name in names:
+            machine = MACHINES[name]()
+            own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
+            path = Path(folder, f"{name}.xml")
+            path.write_text(machine.mjcf, encoding="utf-8")
+            calls.append((path, (own, name, step_factor)))
+        with closing(call_on_own_files(task, calls, jobs)) as studies:
+            for name, (path, _) in zip(names, calls, strict=True):
+                try:
+                    study = next(studies)
+                except InvalidInput as error:
+                    raise InvalidInput(str(error).replace(f"{path}", name)) from None
+                yield replace(study, file=name)
 
 
 def check_model_loops(

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
 import mujoco
@@ -19,7 +20,7 @@ from conrod.errors import InvalidInput, OutsideLoopsError
 from conrod.exact.motion import QUANTITIES, PointMotion
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility
-from conrod.exact.space.mobility import Mobility, count_mobility, forces
+from conrod.exact.space.mobility import Mobility, SpatialForces, count_mobility, forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.execution.paired_timing import PairedTiming, time_stepper_pair
 from conrod.mjcf.causes import append_causes, describe_closures
@@ -54,6 +55,7 @@ from conrod.scenes.space import MACHINES
 
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
 FINER, COARSER, MAX_SAMPLES = (1, 2, 4), (2, 4), 500
+KEPT_MOTIONS = len(FINER) + len(COARSER)
 CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
 # Of runs that search for settings: steps at most, and the finest step, as a power of two of the model's own.
 MAX_SEARCHED_STEPS, FINEST = 50_000, -6
@@ -206,7 +208,7 @@ class _LoopBench:
             return None
         driven = self.machine
         off = inactive_closures(self.model)
-        found = compare_with_machine(name, driven.tree, machine, driven.laws, driven.held, motion, off)
+        found = compare_with_machine(name, driven.tree, machine, driven.laws, driven.held, motion, off, driven)
         found = replace(found, loads=tuple(list_load_differences(driven.tree, machine)))
         if name not in MACHINES:
             return found
@@ -248,11 +250,28 @@ class _LoopBench:
         step = float(model.opt.timestep)
         count = int(self.seconds / step + 1e-9)
         every = max(1, count // MAX_SAMPLES)
-        motion = self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
+        motion = self._motion_at(step, count, every)
         recorded = driven_run(self.machine, model, motion, self.points, every)
-        exact = None if self._unknown_forces(recorded.acting) else forces(self.machine, motion)
+        exact = None if self._unknown_forces(recorded.acting) else self._forces_along(motion)
         found = judge_run(label, step, recorded, motion, self.machine, exact, travel)
         return replace(found, acting=recorded.acting, reason=add_obstacles(found.reason, recorded.acting))
+
+    # Runs of all presets have the same samples, so that the exact motion there is the same.
+
+    @cached_property
+    def _motion_at(self) -> Callable[[float, int, int], SpatialMotion]:
+        """Function that returns the exact motion at each `every`-th of `count` steps [s]."""
+
+        @lru_cache(KEPT_MOTIONS)
+        def motion_at(step: float, count: int, every: int) -> SpatialMotion:
+            return self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
+
+        return motion_at
+
+    @cached_property
+    def _forces_along(self) -> Callable[[SpatialMotion], SpatialForces]:
+        """Function that returns the forces along an exact motion."""
+        return lru_cache(KEPT_MOTIONS)(partial(forces, self.machine))
 
     def _with_settings(self, label: str, step: float) -> mujoco.MjModel:
         return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))
