@@ -12,6 +12,7 @@ ROUNDING = 1e-12
 BELOW_ROUNDING = "< 1e-12"
 NOISE_DECIMALS = 14  # keep three digits of an error of that size; digits beyond may differ the next time
 MISSING = "n/a"
+SUPERSCRIPTS = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 QUANTITIES_OVER_L = ("position", "total")  # quantities whose errors are over L
 IN_MM = "position [mm]"
 PLAIN_RANGE = (1e-3, 1e4)  # sizes printed without an exponent
@@ -162,6 +163,18 @@ def duration(seconds: float | None) -> str:
     value = round_to_digits(seconds, 2)
     unit, factor = ("µs", 1e6) if value < 1e-3 else ("ms", 1e3) if value < 1.0 else ("s", 1.0)
     return f"{_fixed_text(round_to_digits(value * factor, 2), 2)} {unit}"
+
+
+def magnification(power: int) -> str:
+    """Say by which power of ten something is magnified: `magnified 100 times`, `not magnified`."""
+    if power == 0:
+        return "not magnified"
+    return f"magnified {power_of_ten(power)} times"
+
+
+def power_of_ten(power: int) -> str:
+    """Return a power of ten as people write it: `100`, `10⁷`."""
+    return str(10**power) if power <= 3 else f"10{str(power).translate(SUPERSCRIPTS)}"
 
 
 def percent(share: float | None) -> str:

@@ -11,6 +11,10 @@ from conrod.execution.result import JudgedResult
 
 CURVE_COLOURS = (*map(attrgetter("colour"), ENGINES.values()), *PLUGIN_COLOURS)  # of curves that belong to no engine
 
+# Dashes and gaps of matplotlib's named lines, in line widths, as in its `lines.*_pattern`.
+NAMED_DASHES: dict[str, tuple[float, ...]] = {"-": (), "--": (3.7, 1.6), "-.": (6.4, 1.6, 1.0, 1.6), ":": (1.0, 1.65)}
+DASH_UNIT = 1.5  # line width of curves in a page, in SVG units
+
 # Marker of each outcome.
 OUTCOME_MARKS = {
     Outcome.DIVERGED.slug: "x",
@@ -52,6 +56,14 @@ def colour(engine: str) -> str:
 def curve_style(result: JudgedResult) -> dict[str, Any]:
     """Return arguments of `Axes.plot` for a result's curve."""
     return preset_style(result.engine, result.preset)
+
+
+def svg_stroke(engine: str, name: str | None) -> str:
+    """Return SVG attributes for the curve of an engine's preset: colour and dashes of `preset_style`."""
+    line = line_style(engine, name).line
+    dashes = NAMED_DASHES[line] if isinstance(line, str) else line[1]
+    pattern = " ".join(f"{DASH_UNIT * one:g}" for one in dashes)
+    return f'stroke="{colour(engine)}"' + (f' stroke-dasharray="{pattern}"' if pattern else "")
 
 
 def preset_style(engine: str, name: str | None) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
@@ -21,6 +21,17 @@ from conrod.scenes import Scene
 
 DRAWING_UNITS = 1000.0  # SVG units for the extent of the machine
 MAX_OUTLINE_POINTS = 120  # of an outline
+
+
+def svg_number(value: float, decimals: int = 1) -> str:
+    """Return a coordinate with fixed decimals, and zero without a sign, which would be rounding noise."""
+    # Adding zero makes -0.0 a plain zero.
+    return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
+
+
+def points_text(points: Iterable[Sequence[float] | Array]) -> str:
+    """Return points as SVG has them: `1.0,2.0 3.0,4.0`."""
+    return " ".join(f"{svg_number(x)},{svg_number(y)}" for x, y in points)
 
 
 @dataclass(frozen=True)
@@ -43,9 +54,10 @@ class Shape:
         """Return SVG path data, or a circle's attributes, in the frame of a body with a pose."""
         places = _to_body_frame(pose, self.places)
         if self.radius:
-            return f'cx="{places[0, 0]:.5g}" cy="{-places[0, 1]:.5g}" r="{self.radius:.4g}"'
+            x, y = places[0]
+            return f'cx="{svg_number(x)}" cy="{svg_number(-y)}" r="{svg_number(self.radius, 2)}"'
         some = places[:: -(-len(places) // MAX_OUTLINE_POINTS)]
-        return "M" + " ".join(f"{x:.1f},{-y:.1f}" for x, y in (places if some is places else [*some, places[-1]]))
+        return "M" + points_text((x, -y) for x, y in (places if some is places else [*some, places[-1]]))
 
 
 def _shapes_svg(shapes: Sequence[Shape], pose: Pose) -> str:

@@ -16,8 +16,9 @@ from markupsafe import Markup, escape
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS
-from conrod.report.charts.styles import colour, label
+from conrod.report.charts.styles import label, svg_stroke
 from conrod.report.html.page import html_template
+from conrod.report.html.parts import points_text, svg_number
 from conrod.report.kind import Part
 from conrod.report.numbers import ROUNDING
 from conrod.studies.validation.motion_curves import PAGE_UNITS
@@ -26,7 +27,9 @@ from conrod.studies.validation.results import SceneStudy
 
 # Edges of the plot in an SVG of 400 by 145 units; machine.js knows LEFT and RIGHT too.
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 386.0, 24.0, 122.0
+MAX_LABELS = 4  # on a linear axis
 MAX_DECADE_LABELS = 4  # on an axis
+STILL_SHARE = 1e-9  # of the other component's span: what moves by less is rounding, and is not drawn
 ANGLE_TICKS = 5  # on the axis of the crank angle
 
 
@@ -65,9 +68,9 @@ def panel_svg(
         ticks = np.arange(high, low - 1.0, -np.ceil((high - low) / MAX_DECADE_LABELS))
         names = [f"1e{tick:.0f}" for tick in ticks]
     else:
-        high = high or 1.0
-        ticks = np.array([low, high])
-        names = [f"{tick:.3g}" for tick in ticks]
+        if low == high:
+            low, high = low - 0.5, high + 0.5
+        ticks, names = axis_ticks(low, high)
     span = (high - low) or 1.0
 
     def y(value: Array) -> Array:
@@ -85,10 +88,22 @@ def panel_svg(
         marks += f'<text x="{place:.0f}" y="{BOTTOM + 16}" text-anchor="{anchor}">{degrees}{unit}</text>'
     drawn = "".join(_curve_path(line, y(line.values)) for line in lines)
     cursor = f'<line class="cursor" x1="{_cursor_x(at):.1f}" x2="{_cursor_x(at):.1f}" y1="{TOP}" y2="{BOTTOM}"/>'
+    kind = ' data-log="1"' if log else ""
     return Markup(  # made of numbers and escaped texts
-        f'<svg class="curves" viewBox="0 0 400 145" role="img" aria-label="{escape(title)}, against the crank angle in '
-        f'degrees"><text x="0" y="12" class="title">{escape(title)}</text>{marks}{drawn}{cursor}</svg>'
+        f'<svg class="curves" viewBox="0 0 400 145" data-low="{low:.6g}" data-high="{high:.6g}"'
+        f'{kind} role="img" aria-label="{escape(title)}, against the crank angle in '
+        f'degrees"><text x="0" y="12" class="title">{escape(title)}</text>'
+        f'<text x="{RIGHT}" y="12" text-anchor="end" class="value"></text>{marks}{drawn}{cursor}</svg>'
     )
+
+
+def axis_ticks(low: float, high: float) -> tuple[Array, list[str]]:
+    """Return round values between two, zero among them if it lies between, and their texts."""
+    tenth = 10.0 ** math.floor(math.log10((high - low) / MAX_LABELS))
+    step = next(one * tenth for one in (1.0, 2.0, 5.0, 10.0) if (high - low) / (one * tenth) <= MAX_LABELS)
+    ticks = np.asarray(step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1), dtype=float)
+    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
+    return ticks, [svg_number(tick, decimals) for tick in ticks]
 
 
 def _cursor_x(share: float) -> float:
@@ -96,11 +111,8 @@ def _cursor_x(share: float) -> float:
 
 
 def _curve_path(line: PanelCurve, heights: Array) -> str:
-    places = " ".join(f"{_cursor_x(share):.1f},{h:.1f}" for share, h in zip(line.along, heights, strict=True))
+    places = points_text(zip(map(_cursor_x, line.along), heights, strict=True))
     return f'<path data-run="{line.run}" d="M{places}" {line.look}/>'
-
-
-DASHES = ("", "6 3", "2 3", "8 3 2 3")  # of an engine's presets, in their order
 
 
 def machine_html(part: Part[SceneStudy], anchor: str) -> str:
@@ -116,7 +128,7 @@ def machine_html(part: Part[SceneStudy], anchor: str) -> str:
     return html_template("machine.html.jinja").render(
         anchor=anchor, study=part.findings, box=" ".join(f"{one:.0f}" for one in machine.drawing.box), still=still,
         bodies=[Markup(svg) for _, svg in bodies[:-1]], ground=Markup(bodies[-1][1]), power=power,
-        order=machine.drawing.order, powers=range(MAX_POWER + 1),
+        order=machine.drawing.order, magnification=numbers.magnification, powers=range(MAX_POWER + 1),
         exact=transforms(exact), engine=transforms(exact + 10.0**power * error),
         runs=[(label(run), _legend_sample(machine, k)) for k, run in enumerate(machine.runs)],
         panels=_panels(machine), data=Markup(json.dumps(_script_data(machine), separators=(",", ":"))),
@@ -144,9 +156,7 @@ def _script_data(machine: MovingMachine) -> dict[str, Any]:
 
 def _stroke(machine: MovingMachine, number: int) -> str:
     run = machine.runs[number]
-    before = [one for one in machine.runs[:number] if one.engine == run.engine]
-    dashes = DASHES[len(before) % len(DASHES)]
-    return f'stroke="{colour(run.engine)}"' + (f' stroke-dasharray="{dashes}"' if dashes else "")
+    return svg_stroke(run.engine, run.preset)
 
 
 def _legend_sample(machine: MovingMachine, number: int) -> Markup:
@@ -156,7 +166,7 @@ def _legend_sample(machine: MovingMachine, number: int) -> Markup:
 def _point_paths(machine: MovingMachine) -> list[str]:
     scene, scale = machine.study.scene, machine.drawing.scale
     points = scene.motion(machine.angles[::4], scene.speed).points.values()
-    return [" ".join(f"{scale * x:.1f},{-scale * y:.1f}" for x, y in point.position) for point in points]
+    return [points_text((scale * x, -scale * y) for x, y in point.position) for point in points]
 
 
 def _panels(machine: MovingMachine) -> list[Markup]:
@@ -167,8 +177,12 @@ def _panels(machine: MovingMachine) -> list[Markup]:
     for quantity in QUANTITIES:
         unit, factor = PAGE_UNITS[quantity]
         values = factor * getattr(motion, quantity)
-        exact = [PanelCurve(along, values[:, k], -1, f'class="{name}"') for k, name in enumerate("xy")]
-        found.append(panel_svg(f"{quantity} of {scene.output} [{unit}]: x, and y dashed", exact, ends, at))
+        # Each component in a scale of its own: the 12 mm of a ram are a flat line beside a height of -420 mm.
+        spans = np.ptp(values, axis=0)
+        for k, name in enumerate("xy"):
+            if spans[k] > STILL_SHARE * spans.max():
+                curve = PanelCurve(along, values[:, k], -1, f'class="{name}"')
+                found.append(panel_svg(f"{quantity} of {scene.output}: {name} [{unit}]", [curve], ends, at))
         errors = [line for k in range(len(machine.runs)) for line in _error_curves(machine, k, quantity)]
         found.append(panel_svg(f"{quantity}: error of {scene.output} / {NORMS[quantity]}", errors, ends, at, log=True))
     return found

@@ -10,8 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from conrod.exact.motion import Array
+from conrod.report import numbers
 from conrod.report.drawing.drawing import telling_angle
-from conrod.report.html.parts import DRAWING_UNITS, MachineDrawing, drawing_of
+from conrod.report.html.parts import DRAWING_UNITS, MachineDrawing, drawing_of, svg_number
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 
 POSES = 360  # exact poses of a turn
@@ -19,8 +20,12 @@ VISIBLE_SHARE = 0.06  # of the machine's extent: greatest size of a magnified er
 MAX_POWER = 12
 FRAMES = 48  # poses of an animation of a turn
 SECONDS = 6.0  # of an animation of a turn
+TILE_SIZE = (
+    160.0,
+    105.0,
+)  # px of a picture among others, where its words take 10 px; the style of the picture alone is left out there
 STYLE = """svg{--ink:#222;--faint:#777;--part:#dde6ec;--ground:#fff;--raised:#f2f2f2}.ghost{color:#8a949e;opacity:.4}
-.engine{color:#2673b8}@media(prefers-color-scheme:dark){svg{--ink:#e4e8ec;--faint:#a3adb8;--part:#2c3944;--ground:#14181c;
+.engine{color:#2673b8}text{font-family:sans-serif}@media(prefers-color-scheme:dark){svg{--ink:#e4e8ec;--faint:#a3adb8;--part:#2c3944;--ground:#14181c;
 --raised:#1e242a}.engine{color:#79b8f2}}"""
 
 
@@ -90,7 +95,10 @@ def moving_machine(study: SceneStudy) -> MovingMachine | None:
 
 def transforms(poses: Array) -> list[str]:
     """Return the SVG transform of each body from its pose in drawing units."""
-    return [f"translate({x:.3f} {y:.3f}) rotate({turn:.4f})" for x, y, turn in poses.reshape(-1, 3)]
+    return [
+        f"translate({svg_number(x, 3)} {svg_number(y, 3)}) rotate({svg_number(turn, 4)})"
+        for x, y, turn in poses.reshape(-1, 3)
+    ]
 
 
 # -- an animated SVG ---------------------------------------------------------------------------------------------------
@@ -108,11 +116,27 @@ def animated_svg(machine: MovingMachine) -> str:
     looks = {"ghost": _animated_bodies(exact, still, order), "engine": _animated_bodies(engine, still, order)}
     moved = "".join(f'<g class="{name}">{found}</g>\n' for name, found in looks.items())
     left, top, width, height = machine.drawing.box
+    small = 10.0 * max(width / TILE_SIZE[0], height / TILE_SIZE[1])
+    height += 1.5 * small
+    note = (
+        f'<text x="{left + width / 2:.0f}" y="{top + height - 0.4 * small:.0f}" text-anchor="middle" '
+        f'font-size="{small:.0f}" fill="var(--ink)">{_note(machine)}</text>'
+    )
+    style = f"{STYLE}text{{font-size:{20.0 * width / 640.0:.0f}px}}"
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}" width="640" '
-        f'height="{640 * height / width:.0f}"><style>{STYLE}</style><defs>{shapes}</defs>\n'
-        f"{bodies[-1]}\n{moved}</svg>\n"
+        f'height="{640 * height / width:.0f}"><style>{style}</style><defs>{shapes}</defs>\n'
+        f"{bodies[-1]}\n{moved}{note}</svg>\n"
     )
+
+
+def _note(machine: MovingMachine) -> str:
+    """Say how far off the drawn run is, and how much larger it is drawn."""
+    run, lengths = machine.runs[0], machine.study.scene.lengths
+    errors = {point: (sizes["position"] or {}).get("max") for point, sizes in (run.errors or {}).items()}
+    power = machine.power(run)
+    drawn = f", drawn x {numbers.power_of_ten(power)}" if power else ""
+    return f"{numbers.in_mm(errors, lengths)} mm off{drawn}".replace("<", "&lt;")
 
 
 def _animated_bodies(poses: Array, still: int, order: Sequence[int]) -> str:
@@ -125,12 +149,12 @@ def _animated_bodies(poses: Array, still: int, order: Sequence[int]) -> str:
     found = ""
     for k in order:
         body = poses[:, 3 * k : 3 * k + 3]
-        places = ";".join(f"{x:.1f} {y:.1f}" for x, y, _ in body)
-        turns = ";".join(f"{turn:.2f}" for *_, turn in body)
-        x, y, turn = body[still]
+        places = ";".join(f"{svg_number(x)} {svg_number(y)}" for x, y, _ in body)
+        turns = ";".join(svg_number(turn, 2) for *_, turn in body)
+        x, y, turn = svg_number(body[still][0]), svg_number(body[still][1]), svg_number(body[still][2], 2)
         found += (
-            f'<g transform="translate({x:.1f} {y:.1f})">{_animation("translate", places)}'
-            f'<g transform="rotate({turn:.2f})">{_animation("rotate", turns)}<use href="#b{k}"/></g></g>'
+            f'<g transform="translate({x} {y})">{_animation("translate", places)}'
+            f'<g transform="rotate({turn})">{_animation("rotate", turns)}<use href="#b{k}"/></g></g>'
         )
     return found
 

@@ -110,7 +110,7 @@ def figures(study: SceneStudy) -> dict[str, Figure]:
         "motion": (motion_words(study), partial(motion_figure, study)),
     }
     if machine := moving_machine(study):
-        magnified = f"its error magnified 10^{machine.power(machine.runs[0])} times"
+        magnified = f"its error {numbers.magnification(machine.power(machine.runs[0]))}"
         alt = f"In motion: in grey {name}, exact; in colour {label(machine.runs[0])}, {magnified}"
         drawn["moving"] = (alt, partial(animated_svg, machine))
     if drawable_runs(study.results):
