@@ -14,6 +14,7 @@ Value = TypeVar("Value")
 # Of two names, by the share of letters in the same order: below the first they are not alike. Others than the nearest
 # are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
 MIN_LIKENESS, NEARLY_AS_LIKE, BEGUN_NAME_FACTOR = 0.49, 0.95, 0.75
+MAX_CHOICES = 12  # names that an error lists where one is near
 
 
 # Characters that command a terminal or a reader, each as what is shown in its place: control characters but tab and
@@ -57,31 +58,43 @@ class Named(dict[str, T]):
         raise UnknownName(str(unknown_choice(self.kind, str(name), self)))
 
 
-def unknown_choice(kind: str, given: str, choices: Iterable[str]) -> InvalidInput:
-    """The error for a name that is not in a list of names."""
+def unknown_choice(kind: str, given: str, choices: Iterable[str], listing: str = "") -> InvalidInput:
+    """The error for a name that is not in a list of names.
+
+    A long list is cut where a name is near: to those that are nearest, or to the command that lists all.
+
+    Args:
+        listing: command that prints the names, such as `conrod show`; empty if there is none.
+    """
     names = sorted(choices)
     if not names:
         return InvalidInput(f"unknown {kind} {given!r}: there is none with a name")
     near = " or ".join(repr(name) for name in nearest(given, names))
-    hint = f"did you mean {near}? " if near else ""
-    return InvalidInput(f"unknown {kind} {given!r}: {hint}choose from {', '.join(names)}")
+    hint, more = f"did you mean {near}? " if near else "", ""
+    if near and len(names) > MAX_CHOICES:
+        if listing:
+            return InvalidInput(f"unknown {kind} {given!r}: {hint}all: {listing}")
+        more = f" and {len(names) - MAX_CHOICES} more"
+        names = sorted(sorted(names, key=lambda name: -_likeness(given.casefold(), name))[:MAX_CHOICES])
+    return InvalidInput(f"unknown {kind} {given!r}: {hint}choose from {', '.join(names)}{more}")
 
 
 def nearest(given: str, names: Iterable[str], max_names: int = 2) -> list[str]:
     """The names most similar to a mistyped one, the most similar first; empty if none is similar."""
     typed = given.casefold()
-
-    def likeness(name: str) -> float:
-        # A name that was only begun ("saw") is as near as one with a wrong letter.
-        whole, begun = name.casefold(), name.casefold()[: len(typed)]
-        return max(
-            difflib.SequenceMatcher(None, typed, whole).ratio(),
-            BEGUN_NAME_FACTOR * difflib.SequenceMatcher(None, typed, begun).ratio(),
-        )
-
-    likely = sorted(((likeness(name), name) for name in names), key=lambda pair: -pair[0])
+    likely = sorted(((_likeness(typed, name), name) for name in names), key=lambda pair: -pair[0])
     best = likely[0][0] if likely else 0.0
     return [name for alike, name in likely[:max_names] if alike >= max(MIN_LIKENESS, NEARLY_AS_LIKE * best)]
+
+
+def _likeness(typed: str, name: str) -> float:
+    """Share of letters that a name has in the same order as what was typed, in lower case."""
+    # A name that was only begun ("saw") is as near as one with a wrong letter.
+    whole, begun = name.casefold(), name.casefold()[: len(typed)]
+    return max(
+        difflib.SequenceMatcher(None, typed, whole).ratio(),
+        BEGUN_NAME_FACTOR * difflib.SequenceMatcher(None, typed, begun).ratio(),
+    )
 
 
 def named_values(

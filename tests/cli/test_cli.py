@@ -8,6 +8,7 @@ import io
 import json
 import math
 import re
+import shlex
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -141,6 +142,9 @@ def test_show_prints_description_and_assumptions_as_plain_text(tmp_path: Path) -
     assert "assumed:\n  - no friction [/y]\n  - stiff links\n" in shown
     assert re.search(r"slider +slide +600 mm +0, 180 ", shown)
     assert "references: generic Newton solver" in shown
+    # What to type next is of the same machine.
+    more = shlex.join([path, "--set", "bodies.rod.points.B.x=600mm", "--set", "speed=20rpm"])
+    assert f"draw it: conrod show {more} --svg own.svg\nnext: conrod validate {more}" in shown.replace(" \n", " ")
     # Negative control: a scene in closed form has both rulers.
     assert "references: closed form" in conrod("show", "saw-40rpm").stdout
     # Nor does a model.

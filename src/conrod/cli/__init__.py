@@ -67,7 +67,7 @@ class Verbs(click.Group):
         if cmd_name not in VERBS:
             if ctx.resilient_parsing:
                 return None  # a shell that completes a line asks, and wants no error
-            raise unknown_choice("command", cmd_name, VERBS)
+            raise unknown_choice("command", cmd_name, VERBS, "conrod --help")
         command: click.Command = getattr(import_module(MODULE_OF_VERB[cmd_name]), cmd_name)
         return command
 

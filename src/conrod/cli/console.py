@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 from conrod.comparison.plain_values import plain_values
@@ -39,7 +41,11 @@ def catalogue() -> Iterator[PrintedPart]:
     spatial = [(name, made().title) for name, made in MACHINES.items()]
     title = "machines in space (in MuJoCo: validate, export --format mjcf)"
     yield from separated_by_lines(*tables, table(("name", "title"), spatial, title=title))
-    yield from ("", "`conrod show SCENE` has its source and all about it; `conrod engines` lists what runs them")
+    yield from (
+        "",
+        "`conrod show SCENE` has its source and all about it, and draws it with --svg FILE.svg; `conrod engines` lists "
+        "what runs them",
+    )
 
 
 def scene_parts(name: str, scene: Scene) -> Iterator[PrintedPart]:
@@ -69,6 +75,21 @@ def scene_parts(name: str, scene: Scene) -> Iterator[PrintedPart]:
     generic = "generic Newton solver on the joint equations"
     references = f"closed form from the parameters; {generic}" if scene.closed_form else generic
     yield from (*lines, f"observed points: {points}", f"references: {references}")
+
+
+def next_parts(scene: str, assignments: Sequence[str], angle: str | None, *, drawn: bool) -> Iterator[PrintedPart]:
+    """Yield the commands to type after `conrod show`: one that draws the scene, unless it is drawn, and `validate`.
+
+    Args:
+        scene: name or file, as typed.
+        angle: crank angle, as typed; None where none is given.
+    """
+    given = [scene, *(word for text in assignments for word in ("--set", text))]
+    there = [] if angle is None else ["--angle", angle]
+    yield ""
+    if not drawn:
+        yield f"draw it: {shlex.join(['conrod', 'show', *given, *there, '--svg', f'{Path(scene).stem}.svg'])}"
+    yield f"next: {shlex.join(['conrod', 'validate', *given])}"
 
 
 def turn_parts(kinematics: Kinematics, turn: TurnQuantities) -> Iterator[PrintedPart]:

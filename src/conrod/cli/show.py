@@ -34,7 +34,7 @@ def show(
     scene: str | None, assignments: tuple[str, ...], angle: str | None, drawing: str | None, document: str | None
 ) -> None:
     """List scenes and machines, one line each; or describe one SCENE."""
-    from conrod.cli.console import catalogue, linkage_text, scene_parts, turn_parts
+    from conrod.cli.console import catalogue, linkage_text, next_parts, scene_parts, turn_parts
     from conrod.cli.instant_tables import instant_parts
     from conrod.exact.linkage import turn_quantities
     from conrod.execution.files import files_to_write
@@ -69,6 +69,7 @@ def show(
     write_together(batches)
     if "--svg" in files:
         say(f"drawing: {files['--svg']}")
+    print_parts(next_parts(scene, assignments, angle, drawn="--svg" in files))
 
 
 def _instant(scene: Scene, text: str) -> InstantQuantities:

@@ -74,7 +74,7 @@ def catalogue_text(name: str) -> str:
 def _unknown_scene(name: str) -> InvalidInput:
     """Return the error for an unknown scene; of one with another speed, such as saw-320rpm, with what to type."""
     names = [*SCENES, *catalogue_names(), *dynamics_names()]
-    error = unknown_choice("scene", name, names)
+    error = unknown_choice("scene", name, names, "conrod show")
     asked = re.fullmatch(r"(.+)-(\d+(?:\.\d+)?)rpm", name)
     known = [one for one in names if asked and (one == asked[1] or re.fullmatch(rf"{re.escape(asked[1])}-\d+rpm", one))]
     if asked is None or not known:

@@ -19,7 +19,7 @@ def explain(word: str) -> tuple[WordMeaning, ...]:
     known = tuple(explanations())
     found = tuple(one for one in known if _normalise_word(one.word) == wanted)
     if not found:
-        raise unknown_choice("word", word, dict.fromkeys(one.word for one in known))
+        raise unknown_choice("word", word, dict.fromkeys(one.word for one in known), "conrod explain")
     return found
 
 
