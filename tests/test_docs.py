@@ -133,7 +133,7 @@ IN_SI = ("engines/run.py", "pack.py")  # an argument of Python as it was given; 
 
 def rivals_in(text: str) -> list[str]:
     """Rival spellings in prose: what stands in code is to be typed, or is typed by others."""
-    prose = re.sub(r"```(toml|xml|csv|sh).*?```|`[^`\n]*`", "", text, flags=re.DOTALL)
+    prose = re.sub(r"```(toml|xml|csv|sh).*?```|`[^`\n]*`|\n(draw it|next): conrod [^\n]*", "", text, flags=re.DOTALL)
     return [f"{found[0]} for {right}" for right, rival in RIVALS.items() for found in re.finditer(rival, prose)]
 
 
