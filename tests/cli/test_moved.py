@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import click
 import pytest
@@ -47,9 +48,10 @@ MOVED = {
 }  # fmt: skip
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what the commands read."""
+    tmp_path = tmp_path_factory.mktemp("moved")
     (tmp_path / "bar.xml").write_text(four_bar())
     (tmp_path / "saw.xml").write_text(MODEL.read_text())
     for name in ("t.csv", "T.CSV"):
@@ -57,10 +59,16 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.fixture(scope="module")
+def ran() -> dict[str, CompletedProcess[str]]:
+    """Commands of now that have been run, each once, and how each ended."""
+    return {}
+
+
 @pytest.mark.usefixtures("at_once", "undrawn")
 @pytest.mark.parametrize("before", MOVED)
 def test_a_moved_command_is_answered_with_one_that_runs(
-    before: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+    before: str, folder: Path, ran: dict[str, CompletedProcess[str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
     kept = sorted(folder.iterdir())
@@ -72,9 +80,10 @@ def test_a_moved_command_is_answered_with_one_that_runs(
     assert program == "conrod"
     if (expected := MOVED[before]) is not None:
         assert words == expected.split()
-        done = conrod(*words, cwd=folder, ledger=folder / "ledger.sqlite")
-        assert done.returncode in (0, 1), done.stderr
-        assert done.stdout
+        if expected not in ran:  # as another old spelling is answered with it
+            ran[expected] = conrod(*words, cwd=folder, ledger=folder / "ledger.sqlite")
+        assert ran[expected].returncode in (0, 1), ran[expected].stderr
+        assert ran[expected].stdout
 
 
 def test_validate_of_an_fmu_is_answered_with_check(folder: Path) -> None:
