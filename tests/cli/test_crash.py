@@ -135,7 +135,14 @@ def test_a_fault_in_a_worker_is_no_verdict(tmp_path: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("command", ["show", "--help", "show saw-500rpm", "export saw-500rpm --format csv"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        "show",
+        "export saw-500rpm --format csv",
+        *(pytest.param(more, marks=pytest.mark.slow) for more in ("--help", "show saw-500rpm")),
+    ],
+)
 def test_closed_output_pipe_is_no_verdict(command: str) -> None:
     read, write = os.pipe()
     os.close(read)
@@ -155,45 +162,59 @@ def test_full_device_is_reported_and_is_no_verdict() -> None:
     assert done.stderr == "conrod: No space left on device: standard output\n"
 
 
-def test_crash_in_golden_audits_or_benchmarks_has_status_3(tmp_path: Path) -> None:
-    for module in ("tests.golden", "audits", "benchmarks"):
-        code = f"""
-import sys, runpy
-sys.argv = [{module!r}, *{["check"] if module == "tests.golden" else []!r}]
-import argparse
+def test_crash_in_golden_audits_or_benchmarks_has_status_3() -> None:
+    # One after the other in one process, for most of what they do until then is to load the same modules.
+    modules = ("tests.golden", "audits", "benchmarks")
+    code = """
+import argparse, runpy, sys
 argparse.ArgumentParser.parse_args = lambda *_: 1 / 0
-runpy.run_module({module!r}, run_name="__main__", alter_sys=False)
+for module in sys.argv[1:]:
+    sys.argv = [module, "check"]
+    try:
+        runpy.run_module(module, run_name="__main__", alter_sys=False)
+    except SystemExit as ended:
+        print(module, ended.code)
 """
-        done = subprocess.run(
-            [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-        )  # fmt: skip
-        assert done.returncode == 3, done.stderr
-        assert "ZeroDivisionError" in done.stderr
-        assert "Traceback" not in done.stderr
+    done = subprocess.run(
+        [sys.executable, "-c", code, *modules], cwd=ROOT, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.stdout.splitlines() == [f"{module} 3" for module in modules], done.stderr
+    assert [("ZeroDivisionError" in line) for line in done.stderr.splitlines()] == [True] * len(modules)
+    assert "Traceback" not in done.stderr
 
 
-@pytest.mark.parametrize("workers", [[], ["-p", "xdist", "-n", "1"]])
+FAULTY = """
+import conrod
+def test_fault(conrod_check, monkeypatch):
+    monkeypatch.setitem(vars(conrod), "check", lambda *_, **__: {}["fault"])
+    conrod_check("saw-500rpm")
+def test_other():
+    assert False
+"""
+IN_A_WORKER = ["-p", "xdist", "-n", "1"]
+
+
+def run_pytest(pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> pytest.RunResult:
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
+    pytester.makepyfile(FAULTY)
+    return pytester.runpytest_subprocess("-p", "pytest_conrod", "-p", "no:cacheprovider", *arguments)
+
+
+@pytest.mark.parametrize("workers", [[], IN_A_WORKER])
 def test_a_fault_in_a_check_of_pytest_is_an_internal_error(
     workers: list[str], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    monkeypatch.setenv("PYTHONPATH", str(ROOT / "src"))
-    pytester.makepyfile(
-        """
-        import conrod
-        def test_fault(conrod_check, monkeypatch):
-            monkeypatch.setitem(vars(conrod), "check", lambda *_, **__: {}["fault"])
-            conrod_check("saw-500rpm")
-        def test_other():
-            assert __import__("os").environ.get("OTHER") is None
-        """
-    )
-    done = pytester.runpytest_subprocess("-p", "pytest_conrod", "-p", "no:cacheprovider", *workers)
+    done = run_pytest(pytester, monkeypatch, *workers)
     assert done.ret == pytest.ExitCode.INTERNAL_ERROR
     done.stdout.fnmatch_lines(["*conrod: internal error: KeyError: 'fault'*This is no verdict*"])
     done.stdout.no_fnmatch_line("*Traceback*")
-    # Negative control: a test that fails by itself.
-    monkeypatch.setenv("OTHER", "1")
-    arguments = ("-p", "pytest_conrod", "-p", "no:cacheprovider", "-k", "other", *workers)
-    assert pytester.runpytest_subprocess(*arguments).ret == pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.mark.parametrize("workers", [[], pytest.param(IN_A_WORKER, marks=pytest.mark.slow)])
+def test_a_test_that_fails_by_itself_is_a_failed_test(
+    workers: list[str], pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Negative control.
+    assert run_pytest(pytester, monkeypatch, "-k", "other", *workers).ret == pytest.ExitCode.TESTS_FAILED
