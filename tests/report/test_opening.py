@@ -69,4 +69,4 @@ def test_index_names_the_worst_machine_of_each_engine() -> None:
         "As they come (stock, not judged), MuJoCo is up to 7.9 mm off (fast). "
         "All that is judged is within tolerance, off by at most 0.0027 mm."
     )
-    assert index_words({**entries, "bad": entry(1e-4, passed=False)}).endswith("Not within tolerance: bad.")
+    assert index_words({**entries, "bad": entry(1e-4, passed=False)}).endswith("Not passed: bad.")
