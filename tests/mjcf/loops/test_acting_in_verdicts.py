@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -33,10 +34,10 @@ CURVED = """<mujoco><option timestep="0.001" gravity="0 0 0"/><default><geom con
 
 
 @cache
-def looped(text: str, drive: str, seconds: float = 0.2) -> LoopStudy:
-    """The study of a model at a single step, with nothing timed."""
+def looped(text: str, drive: str, seconds: float = 0.2, coarser: int = 1) -> LoopStudy:
+    """The study of a model at its own step and one that is coarser by a factor, with nothing timed."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 60}.items():
+        for name, cheap in {"COARSER": (coarser,), "FINER": (1,), "CHECKED_INSTANTS": 60}.items():
             patch.setattr(study, name, cheap)
         patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
         joint, _, law = drive.partition("=")
@@ -46,17 +47,25 @@ def looped(text: str, drive: str, seconds: float = 0.2) -> LoopStudy:
         return bench.study("model.xml", "model", None)
 
 
-def scene(folder: Path, text: str, **more: float) -> ModelStudy:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("conrod.models.check.study.LABELS", (OWN,))
-        return judge_text(folder, "saw", text, **more)
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., ModelStudy]:
+    """The study of a model of the saw by its own settings, each once for all tests."""
+    folder = tmp_path_factory.mktemp("scene")
+
+    @cache
+    def judged(text: str, turns: float = 1.0, kind: str = "saw") -> ModelStudy:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("conrod.models.check.study.LABELS", (OWN,))
+            return judge_text(folder, kind, text, turns)
+
+    return judged
 
 
 # -- limits and contacts -----------------------------------------------------------------------------------------------
 
 
 def test_tendon_limit_is_named_and_spoils_no_torque_with_a_drive() -> None:
-    found = looped(TENDON, "crank=40rpm", 1.5)
+    found = looped(TENDON, "crank=40rpm", 1.5, coarser=2)
     assert re.search(
         rf"What acts besides its loops: the limit of tendon t \(up to 3\.\de\+04 N\); {NOT_ALONE}\.", finding(found)
     )
@@ -77,35 +86,35 @@ def test_tendon_limit_is_named_and_spoils_no_torque_with_a_drive() -> None:
     assert not any("torque" in line for line in how_exact(found))
     assert all(not run.drives for run in (*found.runs, *found.steps))
     # Without the limit torques are compared, and nothing is said to act.
-    free = looped(replace_once(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 1.5)
+    free = looped(replace_once(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 0.6)
     assert "What acts" not in finding(free)
     assert "Not judged" not in finding(free)
     assert free.own.drives["crank"] < 1e-2
 
 
-def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(tmp_path: Path) -> None:
-    found = scene(tmp_path, TENDON)
+def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(scene: Callable[..., ModelStudy]) -> None:
+    found = scene(TENDON)
     assert not found.passed
     assert "limits keep it from its turn: tendon t is held to -0.1 to 9, needs -0.2035" in verdict(found)
     assert "What acts besides its loops: the limit of tendon t" in verdict(found)
-    off = scene(tmp_path, replace_once(TENDON, 'autoreset="disable"', 'autoreset="disable" limit="disable"'))
+    off = scene(replace_once(TENDON, 'autoreset="disable"', 'autoreset="disable" limit="disable"'))
     assert off.passed
     assert "limit" not in verdict(off)
 
 
-def test_contacts_are_named_with_a_scene_and_in_the_own_run(tmp_path: Path) -> None:
-    found = scene(tmp_path, CONTACTS)
+def test_contacts_are_named_with_a_scene_and_in_the_own_run(scene: Callable[..., ModelStudy]) -> None:
+    found = scene(CONTACTS)
     assert f"What acts besides its loops: contact of rod and slider (up to 3.4e+03 N); {NOT_ALONE}." in verdict(found)
     assert [one.title for one in found.own_run.acting] == ["contact of rod and slider"]
     # What acts in the own run alone is said of it.
     model = replace_once(CONTACTS, '<joint name="crank-pin" type="hinge" axis="0 0 1" />',
                      '<joint name="crank-pin" type="hinge" axis="0 0 1" frictionloss="3"/>')  # fmt: skip
-    assert "dry friction of joint crank-pin (up to 3 N m)" in verdict(scene(tmp_path, model))
-    assert "What acts" not in verdict(scene(tmp_path, SAW))
+    assert "dry friction of joint crank-pin (up to 3 N m)" in verdict(scene(model, 0.1))
+    assert "What acts" not in verdict(scene(SAW))
 
 
-def test_contact_that_is_a_part_of_the_machine_is_not_named(tmp_path: Path) -> None:
-    found = judge_text(tmp_path, "cam", TEXTS["cam"], turns=0.1)
+def test_contact_that_is_a_part_of_the_machine_is_not_named(scene: Callable[..., ModelStudy]) -> None:
+    found = scene(TEXTS["cam"], 0.1, "cam")
     assert "contact" not in "".join(one.kind for run in (found.own, found.own_run) for one in run.acting)
 
 
@@ -126,8 +135,9 @@ def test_polynomial_is_named_with_the_acceleration_that_it_lacks(tmp_path: Path)
     assert words in finding(looped(text, "a=60rpm"))  # 2 x 0.25 (2 pi)^2 = 19.7
     path = tmp_path / "curved.xml"
     path.write_text(text, encoding="utf-8")
-    assert any("lacks the part of the velocity in the acceleration of cam" in note for note in lint(path).notes)
-    assert any("lacks the part of the velocity" in note for note in harden_file(path, force=True).warnings)
+    linted, hardened = lint(path, seconds=0.1), harden_file(path, seconds=0.1, force=True)
+    assert any("lacks the part of the velocity in the acceleration of cam" in note for note in linted.notes)
+    assert any("lacks the part of the velocity" in note for note in hardened.warnings)
     # A straight line lacks nothing; what lacks is MuJoCo's, and forces are compared with it.
     assert "lacks" not in finding(looped(CURVED.format(0.0, 2.0, 2.0), "a=60rpm"))
     assert looped(text, "a=60rpm").unmodelled == ()
@@ -138,11 +148,13 @@ def test_polynomial_is_named_with_the_acceleration_that_it_lacks(tmp_path: Path)
     ("0 0 -9.81", "Gravity acts across the plane of motion."),
     ("0 -9.81 0", ""),
 ])  # fmt: skip
-def test_gravity_across_the_plane_is_named_in_all_modes(gravity: str, words: str, tmp_path: Path) -> None:
+def test_gravity_across_the_plane_is_named_in_all_modes(
+    gravity: str, words: str, scene: Callable[..., ModelStudy], tmp_path: Path
+) -> None:
     text = replace_once(SAW, 'gravity="0 -9.81 0"', f'gravity="{gravity}"')
     path = tmp_path / "saw.xml"
     path.write_text(text, encoding="utf-8")
-    said = [verdict(scene(tmp_path, text)), finding(looped(text, "crank=40rpm")), *map(
+    said = [verdict(scene(text, 0.1 if words else 1.0)), finding(looped(text, "crank=40rpm")), *map(
         " ".join, (lint(path, seconds=0.1).notes, harden_file(path, seconds=0.1).warnings))]  # fmt: skip
     assert all((words in text) if words else ("plane" not in text) for text in said)
 
