@@ -54,9 +54,18 @@ def judged(scene: Any, engine: str = "mujoco", preset: str = "tuned", steps: int
 # -- no false alarms ---------------------------------------------------------------------------------------------------
 
 
+# Long runs: of a closed form and of a machine that passes change points the fast tests make them too.
+HEALTHY = [
+    pytest.param(
+        name, steps, marks=[pytest.mark.slow] if steps == 1000 and name not in ("saw-500rpm", "parallelogram") else []
+    )
+    for name in ("saw-500rpm", "shear-press", "six-bar", "parallelogram", "geneva", "double-rocker")
+    for steps in (8, 24, 1000)
+]
+
+
 @pytest.mark.parametrize(("engine", "preset"), PRESETS)
-@pytest.mark.parametrize("name", ["saw-500rpm", "shear-press", "six-bar", "parallelogram", "geneva", "double-rocker"])
-@pytest.mark.parametrize("steps", [8, 24, 1000])
+@pytest.mark.parametrize(("name", "steps"), HEALTHY)
 def test_healthy_runs_are_trusted_however_far_off_they_are(name: str, engine: str, preset: str, steps: int) -> None:
     scene, made = scene_named(name), engine_named(engine)
     start, turns = run_extent(scene, steps, 1.0)
