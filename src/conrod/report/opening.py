@@ -29,9 +29,7 @@ def index_words(entries: Mapping[str, Mapping[str, Any]]) -> str:
     judged = [run for _, run in runs if run["passed"] is not None]
     largest = max((_metres(run) for run in judged), default=0.0)
     at_most = f", off by at most {numbers.measured_text(1e3 * largest)} mm" if largest else ""
-    verdict = (
-        f"Not passed: {', '.join(failed)}." if failed else f"All that is judged is within tolerance{at_most}."
-    )
+    verdict = f"Not passed: {', '.join(failed)}." if failed else f"All that is judged is within tolerance{at_most}."
     return worst + (verdict if judged else "Nothing was judged.")
 
 
