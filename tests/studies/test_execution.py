@@ -17,6 +17,7 @@ from typing import Any
 import cell_tasks as tasks
 import pytest
 from cell_tasks import AGAIN, ActingWatcher, InProcessExecutor
+from dying_task import die_and_return
 
 from conrod import InvalidInput
 from conrod.comparison.trajectory import Outcome
@@ -187,20 +188,11 @@ def test_cell_is_repeated_alone_when_its_worker_is_killed(ledger: Ledger, tmp_pa
         assert all(last <= begin or first >= end for number, (first, last) in spans.items() if number != killed)
 
 
-def wait_once(mark: Path, times: int) -> str:
-    """Dies as often of a SIGKILL, then returns."""
-    before = len(list(mark.iterdir()))
-    (mark / str(before)).touch()
-    if before < times:
-        os.kill(os.getpid(), signal.SIGKILL)
-    return "done"
-
-
 def test_what_is_isolated_is_repeated_once(tmp_path: Path) -> None:
-    assert call_isolated(wait_once, tmp_path, 1) == "done"
-    assert call_on_file(wait_once, tmp_path, 1) == "done"
+    assert call_isolated(die_and_return, tmp_path, 1) == "done"
+    assert call_on_file(die_and_return, tmp_path, 1) == "done"
     assert len(list(tmp_path.iterdir())) == 3
-    assert call_isolated(wait_once, tmp_path, 1000) == FailedCall(Outcome.CRASHED, AGAIN)
+    assert call_isolated(die_and_return, tmp_path, 1000) == FailedCall(Outcome.CRASHED, AGAIN)
     assert len(list(tmp_path.iterdir())) == 5
 
 

@@ -6,7 +6,6 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import cell_tasks as planted
@@ -18,7 +17,6 @@ from table_files import csv_text, exact_table
 
 from conrod import InvalidInput, PymunkSettings, Saw, run
 from conrod.execution.local import LocalProcesses, call_isolated
-from conrod.execution.run import RunResult
 from conrod.execution.worker_process import WorkerDied
 from conrod.scenes import SCENES
 
@@ -39,27 +37,27 @@ def test_mistakes_are_raised_with_their_traceback() -> None:
 
 
 # With 3 MB MuJoCo's library cannot be loaded (ImportError), with 16 its compiler gives up (ValueError).
-@pytest.mark.parametrize("megabytes", [3, 16])
-def test_engine_without_memory_is_out_of_memory_for_any_message(megabytes: int) -> None:
+def test_engine_without_memory_is_out_of_memory_for_any_message() -> None:
     with LocalProcesses(1, memory=MEMORY) as executor:
-        with pytest.raises(MemoryError, match="3000000000 bytes"):
-            executor.submit(planted.engine_with_little, megabytes).result()
+        for megabytes in (3, 16):
+            with pytest.raises(MemoryError, match="3000000000 bytes"):
+                executor.submit(planted.engine_with_little, megabytes).result()
         # Negative control.
         assert executor.submit(planted.engine_with_little, 256).result().outcome == "completed"
 
 
-@pytest.mark.parametrize(
-    ("task", "kind"), [(planted.mistake_with_little, ZeroDivisionError), (planted.wrong_value, ValueError)]
-)
-def test_a_mistake_under_a_memory_limit_is_a_mistake(task: Callable[[int], RunResult], kind: type[Exception]) -> None:
-    with LocalProcesses(1, memory=MEMORY) as executor, pytest.raises(kind, match="a mistake"):
-        executor.submit(task, 16).result()
+def test_a_mistake_under_a_memory_limit_is_a_mistake() -> None:
+    with LocalProcesses(1, memory=MEMORY) as executor:
+        with pytest.raises(ValueError, match="a mistake"):
+            executor.submit(planted.wrong_value, 16).result()
+        with pytest.raises(ZeroDivisionError, match="a mistake"):
+            executor.submit(planted.mistake_with_little, 16).result()
 
 
 # -- what an engine or an FMU forks ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("how", ["fork", "exec", "double fork"])
+@pytest.mark.parametrize("how", [pytest.param("fork", marks=pytest.mark.slow), "exec", "double fork"])
 def test_call_that_forks_and_aborts_leaves_no_process(how: str, tmp_path: Path) -> None:
     begun, note = time.monotonic(), tmp_path / "pids"
     with LocalProcesses(1, timeout=60.0) as executor, pytest.raises(WorkerDied, match="ended by signal SIGABRT"):
@@ -108,12 +106,17 @@ COMMANDS = (
 )
 
 
+@pytest.fixture(scope="module")
+def table() -> str:
+    return csv_text(exact_table(SCENES["saw-500rpm"], ("position",)))
+
+
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path: Path, table: str) -> Path:
     for name in NAMES:
         (tmp_path / f"{name}.py").write_text(PLANTED)
     (tmp_path / "my.xml").write_text(HACKSAW.read_text())
-    (tmp_path / "t.csv").write_text(csv_text(exact_table(SCENES["saw-500rpm"], ("position",))))
+    (tmp_path / "t.csv").write_text(table)
     return tmp_path
 
 
