@@ -126,6 +126,16 @@ def test_a_solver_without_newton_steps_is_not_trusted(
     found = judged(scene, engine, preset)
     assert found.passed is False
     assert verdict_words(found).startswith("CANNOT BE TRUSTED: the exact motion contradicts the joints' equations")
+
+
+@pytest.mark.usefixtures("forgotten")
+@pytest.mark.parametrize("engine", ["mujoco", "pymunk"])
+@pytest.mark.parametrize("machine", ["saw", "six-bar"])
+def test_kinematic_mode_without_newton_steps_is_not_trusted(
+    machine: str, engine: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Equations, "newton", without_newton)
+    scene = Saw() if machine == "saw" else catalogue_scene("six-bar")
     kinematic = validate_kinematic("machine", scene, engine_named(engine))
     assert verdict_words(kinematic).startswith("CANNOT BE TRUSTED")
 
