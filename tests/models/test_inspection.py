@@ -172,6 +172,8 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
         edited = replace(given, motion=replace(motion, runs=(off,), paste="<option/>", search=search))
         assert next_step(edited).startswith(words)
     assert next_step(replace(closed, findings=(soft,))).startswith("conrod harden")  # its own do: no line is printed
+    in_mm = replace(closed, findings=(soft,), question=replace(closed.question, unit=1e-3))
+    assert next_step(in_mm).startswith("conrod check")  # harden would take its numbers for metres
 
 
 def test_settings_stay_at_steps_that_actuators_bear() -> None:

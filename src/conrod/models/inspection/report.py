@@ -192,7 +192,8 @@ def next_step(study: Inspection) -> str:
     if any(one.rule == "soft-closure" for one in study.errors):
         if _can_be_pasted(study):
             return f"paste the lines above before </mujoco>, then {again}"
-        return f"conrod harden {shlex.quote(study.file)}"
+        if study.question.unit == 1.0:  # `harden` takes a file's numbers for metres
+            return f"conrod harden {shlex.quote(study.file)}"
     if study.motion is not None and study.motion.search is not None:
         drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
         allowed = float(f"{1e3 * study.motion.search.allowed['position']:.1g}")
