@@ -101,7 +101,11 @@ SHARED: Mapping[str, Mapping[str, Any]] = {
         "help": "Control of an actuator [the keyframe's].",
         "shell_complete": partial(model_completion.names, kinds=("actuator",), ending="="),
     },
-    "--keyframe": {"shell_complete": partial(model_completion.names, kinds=("key",), more=("qpos0",))},
+    "--keyframe": {
+        "metavar": "KEY",
+        "help": "Start from it, by name or number; qpos0 for none.",
+        "shell_complete": partial(model_completion.names, kinds=("key",), more=("qpos0",)),
+    },
     "--ledger": {"metavar": "FILE", "help": "Where finished runs are kept [in the cache folder]."},
 }
 FINDINGS_HELP = "Results as JSON, JUnit (.xml) or SARIF (.sarif)."

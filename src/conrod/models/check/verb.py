@@ -62,7 +62,7 @@ class CheckOptions(VerificationOptions):
     plane: str | None = option("--plane", metavar="PLANE", help="Directions right and up, e.g. -xz [found].")
     rotation: str | None = option("--rotation", metavar="ANGLE", help="Of the scene's x axis [found].")
     crank_zero: str | None = option("--crank-zero", metavar="ANGLE", help="Hinge at crank angle 0 [found].")
-    keyframe: str | None = option("--keyframe", metavar="NAME", help="Assemble the model from there.")
+    keyframe: str | None = option("--keyframe")
     controls: tuple[str, ...] = option("--ctrl")
     qualify: bool = option("--qualify", RUNS, is_flag=True, help="Plant known defects too: which are noticed?")
     seconds: float | None = option("--seconds", RUNS, type=float, metavar="S", help="Length of runs with --drive.")

@@ -37,9 +37,7 @@ class HardenOptions:
     """Options of `conrod harden`, as typed; None or empty where nothing was given."""
 
     output: str | None = option("-o --output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
-    keyframe: str | None = option(
-        "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
-    )
+    keyframe: str | None = option("--keyframe")
     seconds: float = option(
         "--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs."
     )
@@ -56,8 +54,8 @@ def harden(model: str, asked: HardenOptions) -> None:
     """Make the closed loops of a MuJoCo model stay closed, and show what that changes.
 
     Takes the regularisation out of the equality constraints of a compiled model, which MJCF cannot express: prints the
-    lines of Python that do it, and writes a binary model. Runs the model as it is and hardened, with
-    the controls of its keyframe or those given. MODEL.xml itself is only read.
+    lines of Python that do it, and writes a binary model. Runs the model as it is and hardened, from its first keyframe
+    or the one given, with its controls or those given. MODEL.xml itself is only read.
 
     Exit status 0: hardened; 1: it is not, for the reason given (nothing to harden, soft on purpose, it would break);
     2: bad usage.

@@ -16,7 +16,7 @@ from conrod.cli.options import ReportOptions, controls_in, option
 class InvariancesOptions(ReportOptions):
     """Request to `conrod invariances`, as typed; None or empty where nothing was given."""
 
-    keyframe: str | None = option("--keyframe", metavar="NAME", help="Start from it, of a model.")
+    keyframe: str | None = option("--keyframe")
     seconds: float | None = option("--seconds", type=float, metavar="S", help="Length of the run [2000 steps].")
     controls: tuple[str, ...] = option("--ctrl")
     assignments: tuple[str, ...] = option("--set")

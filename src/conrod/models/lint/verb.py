@@ -36,9 +36,7 @@ def complete_rules(context: click.Context, parameter: click.Parameter, typed: st
 class LintOptions:
     """Options of `conrod lint`, as typed; None or empty where nothing was given."""
 
-    keyframe: str | None = option(
-        "--keyframe", metavar="KEY", help="Start from it, by name or number; qpos0 for none [the first]."
-    )
+    keyframe: str | None = option("--keyframe")
     controls: tuple[str, ...] = option("--ctrl")
     seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
     ignored: tuple[str, ...] = option(
@@ -63,7 +61,7 @@ class LintOptions:
 def lint(models: tuple[str, ...], asked: LintOptions) -> None:
     """List parts of MuJoCo models that their motion does not need, and parts that will cause trouble.
 
-    A model is run, and run again without each suspect; the file is only read.
+    A model is run from its first keyframe, and run again without each suspect; the file is only read.
 
     Findings are errors (they make this motion wrong) or notes.
 

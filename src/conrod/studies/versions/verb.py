@@ -23,7 +23,7 @@ class VersionsOptions(ReportOptions, RunOptions):
         "--versions", metavar="LIST", help="Releases, with commas, e.g. 3.6.0,3.7.0 [all that conrod knows]."
     )
     costs: bool = option("--costs", is_flag=True, help="Time the runs too, in turns with the installed release.")
-    keyframe: str | None = option("--keyframe", metavar="NAME", help="A model starts from there.")
+    keyframe: str | None = option("--keyframe")
     controls: tuple[str, ...] = option("--ctrl")
     seconds: float | None = option("--seconds", type=float, metavar="S", help="Length of a model's run [2].")
 
