@@ -122,7 +122,7 @@ def test_drive_that_no_loop_answers_is_inspected(tmp_path: Path, text: str, driv
 
 @pytest.mark.slow
 def test_a_tolerance_that_is_missed_has_exit_status_1(tmp_path: Path) -> None:
-    done = conrod("check", str(write_file(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-9")
+    done = conrod("check", str(write_file(tmp_path, BAR, "bar.xml")), *DRIVE, *FEW, "--tolerance", "position=1e-6mm")
     assert done.returncode == 1
     assert "OUT OF TOLERANCE (position" in done.stdout
 
