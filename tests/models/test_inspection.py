@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import mujoco
+import numpy as np
 import pytest
 from four_bars import four_bar, in_millimetres
 from handmade_studies import loop_study
@@ -18,10 +19,11 @@ from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.mjcf.loop_results import LABELS, LoopRun
 from conrod.models.inspection.drive_choice import choose_drives
-from conrod.models.inspection.report import finding, next_step, sections, settings_to_paste
+from conrod.models.inspection.report import INSPECTION_REPORT, finding, next_step, sections, settings_to_paste
 from conrod.models.inspection.results import Inspection, InspectionRequest
 from conrod.models.inspection.study import inspect, largest_step
 from conrod.models.lint.findings import Finding, Severity
+from conrod.report.findings import Findings
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 FOUR_BAR = (CASES / "four-bar-open.xml").read_text(encoding="utf-8")
@@ -174,6 +176,54 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
     assert next_step(replace(closed, findings=(soft,))).startswith("conrod harden")  # its own do: no line is printed
     in_mm = replace(closed, findings=(soft,), question=replace(closed.question, unit=1e-3))
     assert next_step(in_mm).startswith("conrod check")  # harden would take its numbers for metres
+
+
+def test_page_draws_judged_runs_over_the_exact_motion(closed: Inspection, tmp_path: Path) -> None:
+    drawn, motion = closed.picture, closed.motion
+    assert drawn is not None
+    assert motion is not None
+    assert (drawn.view, drawn.reference) == ("In the xy plane", "exact")
+    assert [run.name for run in drawn.runs] == list(LABELS)
+    assert {shape.link for shape in drawn.shapes if shape.kind == "bar"} == {"crank", "coupler", "rocker"}
+    for run in motion.runs:
+        off = next(one.off for one in drawn.runs if one.name == run.label)
+        assert max(off) == pytest.approx(1e3 * run.errors["position"], rel=0.05)
+    page = page_of(closed, tmp_path)
+    assert '<div class="links"' in page
+    assert "magnified 100 times" in page
+    # Control: a model that is judged by nothing has no grey machine.
+    assert 'class="ghost"' in page
+    assert 'class="ghost"' not in page_of(inspected(SERVO, tmp_path), tmp_path)
+
+
+SERVO = """<mujoco><worldbody><body name="<b>arm" gravcomp="1"><joint name="j" axis="0 1 0" range="-1 1"/>
+  <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/></body></worldbody><compiler angle="radian"/>
+  <actuator><position name="servo" joint="j" kp="50" kv="5"/></actuator></mujoco>""".replace("<b>", "&lt;b>")
+
+
+def page_of(study: Inspection, folder: Path) -> str:
+    """The HTML page of an inspection."""
+    file = folder / "page.html"
+    Findings(INSPECTION_REPORT, {study.name: study}, "inspect_model(...)", typed={study.name: study.file}).write(file)
+    return file.read_text(encoding="utf-8")
+
+
+def test_page_of_an_actuated_model_has_the_trial_that_was_made(tmp_path: Path) -> None:
+    found = inspected(SERVO, tmp_path)
+    assert found.picture is not None
+    assert [run.name for run in found.picture.runs] == ["servo, as it was tried"]
+    # It goes to where it was commanded: to 0.8 rad, one way and the other.
+    rows = found.picture.runs[0].rows.reshape(-1, found.picture.runs[0].rows.shape[1] // 2, 2)
+    arm = rows[:, 1] - rows[:, 0]
+    angles = np.degrees(np.unwrap(np.arctan2(arm[:, 1], arm[:, 0])))
+    angles = np.abs(angles - angles[0])
+    assert angles.max() == pytest.approx(np.degrees(0.8), rel=0.02)
+    page = page_of(found, tmp_path)
+    assert "servo, as it was tried" in page
+    assert "<b>arm" not in page
+    followed = inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": "sine:20deg,1Hz"}), "model")
+    assert followed.picture is not None
+    assert [run.name for run in followed.picture.runs] == ["servo = sine:20deg,1Hz"]
 
 
 def test_settings_stay_at_steps_that_actuators_bear() -> None:

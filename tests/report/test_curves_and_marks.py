@@ -12,8 +12,8 @@ import pytest
 from conrod.engines import line_style
 from conrod.report import numbers
 from conrod.report.charts.styles import svg_stroke
+from conrod.report.html.panels import axis_ticks
 from conrod.report.html.parts import points_text, svg_number
-from conrod.studies.validation.machine_page import axis_ticks
 
 MOVING = sorted((Path(__file__).parents[2] / "reports").rglob("figures/*-moving.svg"))
 SIGNED_ZERO_OR_NOISE = re.compile(r"-0(?:\.0+)?(?![\d.])|\de-\d")

@@ -12,6 +12,7 @@ from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison
 from conrod.mjcf.request import Controls, OpenStart
+from conrod.report.drawing.moving_links import MovingLinks
 
 OWN = "as it is"
 LABELS = (OWN, "tuned", "hardened")  # settings that a model is run with
@@ -243,6 +244,7 @@ class LoopStudy:
         search: search that `cheapest` and `paste` are of; None without a tolerance.
         scales: largest range of motion [m], speed and acceleration [SI] of the judged points; what shares are of.
         compared: comparison with the machine that the model must be; None if the model is its own reference.
+        drawn: the model in motion, its runs at its own step over the exact motion; None if no such run was made.
     """
 
     file: str
@@ -272,6 +274,7 @@ class LoopStudy:
     search: SettingsSearch | None = None
     moved: tuple[str, ...] = ()
     scales: Mapping[str, float] = field(default_factory=dict)
+    drawn: MovingLinks | None = None
 
     @property
     def begins_open(self) -> bool:

@@ -17,7 +17,7 @@ from conrod.mjcf.start_pose_words import open_start_words
 from conrod.models.check.identity import Explanation, FoundLength
 from conrod.models.check.references import ALL_LENGTHS
 from conrod.models.check.results import JudgedRun, ModelStudy
-from conrod.report.kind import Kind
+from conrod.report.kind import Kind, Part
 from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured_text, quantity, round_to_digits, with_mm
 from conrod.report.results import distrust_words, exceeded_words
 from conrod.report.table import Table, table
@@ -340,6 +340,12 @@ def results_to_print(studies: Sequence[ModelStudy]) -> Iterator[PrintedPart]:
             yield from indented_under(subject, lines)
 
 
+def _live_html(part: Part[ModelStudy], anchor: str) -> str:
+    from conrod.report.html.moving_links import links_html
+
+    return links_html(part.findings.drawn, anchor, Path(part.findings.file).name)
+
+
 MODEL_REPORT = Kind(
     name="model",
     findings=ModelStudy,
@@ -348,4 +354,5 @@ MODEL_REPORT = Kind(
     printed=results_to_print,
     verdict=verdict,
     one_part=True,
+    live_html=_live_html,
 )

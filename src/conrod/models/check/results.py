@@ -16,6 +16,7 @@ from conrod.execution.tolerances import judged_scale, point_scales
 from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.mjcf.request import ModelFacts, ModelRequest
 from conrod.models.check.identity import DEFAULT_TOLERANCE, Identity
+from conrod.report.drawing.moving_links import MovingLinks
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Qualification, RefinementPoint
 
@@ -78,6 +79,7 @@ class ModelStudy:
         distrust: how the exact motion contradicts the joints' equations, in words; empty if it does not.
         weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
         qualified: verdicts on planted defects; None if none were planted.
+        drawn: the model in motion, driven, over its own exact motion; None if nothing could be drawn.
     """
 
     file: str
@@ -97,6 +99,7 @@ class ModelStudy:
     distrust: str = ""
     weights: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     qualified: Qualification | None = None
+    drawn: MovingLinks | None = None
 
     @property
     def kinematic_tolerance(self) -> float:

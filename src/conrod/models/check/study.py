@@ -30,6 +30,7 @@ from conrod.mjcf.loading import data_at_start
 from conrod.mjcf.loop_results import LABELS
 from conrod.mjcf.request import MIN_NAMED_OPENING, ModelRequest
 from conrod.mjcf.unit_of_length import controls_in_metres
+from conrod.models.check.drawing import draw_scene_runs, draw_turn
 from conrod.models.check.frame import Frame, GivenFrame
 from conrod.models.check.identity import identify
 from conrod.models.check.references import returns_after_turn
@@ -92,10 +93,15 @@ def study_scene_model(
             found, model=replace(facts, about="; ".join(filter(None, (facts.about, *besides, *turning.left_out))))
         )
         if identity.left > MAX_COMPARABLE_DISTANCE:
-            return found
+            return replace(found, drawn=draw_turn(turning))
         bench = SceneBench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
         refused = {"hardened": "hardening does not apply to contact"} if question.contacts else {}
-        at_steps = {label: [bench.run_driven(label)] for label in LABELS if label not in refused}
+        recorded = {label: bench.record_driven(label) for label in LABELS if label not in refused}
+        at_steps = {label: [bench.judge(label, *one)] for label, one in recorded.items()}
+        drawn = draw_scene_runs(
+            turning, [same[0] for same in at_steps.values()], {label: run for label, (run, _) in recorded.items()},
+            bench.period,
+        )  # fmt: skip
         for finer in STEP_REFINEMENTS if refine else ():
             if bench.sample_count(facts.timestep / finer) <= MAX_KEPT_SAMPLES:
                 for label, same in at_steps.items():
@@ -103,7 +109,7 @@ def study_scene_model(
         own_run, crank = bench.run_as_given()
         refined = {label: _refinement_points(same) for label, same in at_steps.items() if len(same) > 1}
         runs = {label: same[0] for label, same in at_steps.items()}
-        found = replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined)
+        found = replace(found, own_run=own_run, crank=crank, runs=runs, refused=refused, refined=refined, drawn=drawn)
         if not qualify or not found.passed:
             return found
         from conrod.models.check.qualification import qualify_check
@@ -173,7 +179,11 @@ class SceneBench:
         return np.asarray(step * np.arange(samples), dtype=float)
 
     def run_driven(self, label: str, finer: float = 1.0) -> JudgedRun:
-        """Run driven, with the model's or a preset's settings and `finer` times as many steps."""
+        """Run driven, with the model's or a preset's settings and `finer` times as many steps; return its errors."""
+        return self.judge(label, *self.record_driven(label, finer))
+
+    def record_driven(self, label: str, finer: float = 1.0) -> tuple[LoopRecording, float]:
+        """Run driven, with the model's or a preset's settings and `finer` times as many steps; return its step [s]."""
         turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
         model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
         elapsed = turning.time_at(self.frame.zero + self.frame.sense * self._begin)
@@ -183,7 +193,7 @@ class SceneBench:
         start = coordinates[:, None], rate * np.array([rates, 0.0 * rates, 0.0 * rates])[:, :, None]
         machine, motion = DrivenTree(turning.machine.tree, {crank: law}), SpatialMotion(self._times(step), *start, {})
         run = driven_run(machine, model, motion, turning.points, 1, carried=False, touching=turning.touching)
-        return self.judge(label, run, step)
+        return run, step
 
     def run_as_given(self) -> tuple[JudgedRun, CrankSpeed | None]:
         """Run the file as it is: its start, actuators, controls and autoreset."""

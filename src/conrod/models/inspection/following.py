@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import mujoco
@@ -28,7 +28,10 @@ MAX_STEPS, INSTANTS = 40_000, 200
 RANGE_ROUNDING = 1e-9
 
 
-def follow_laws(model: mujoco.MjModel, start: mujoco.MjData, drives: Mapping[str, str]) -> tuple[LawResponse, ...]:
+def follow_laws(
+    model: mujoco.MjModel, start: mujoco.MjData, drives: Mapping[str, str],
+    watch: Callable[[mujoco.MjData], object] = lambda data: None,
+) -> tuple[LawResponse, ...]:  # fmt: skip
     """Let the controls of actuators follow laws in one run, and compute the forces that the laws of joints need.
 
     A joint's law commands the servo of the joint, where it has one. Other servos stay where they are.
@@ -36,6 +39,7 @@ def follow_laws(model: mujoco.MjModel, start: mujoco.MjData, drives: Mapping[str
     Args:
         start: data at the start; it is not changed.
         drives: law of each actuator or joint, as text (`conrod.exact.space.drive_laws`).
+        watch: called with the data before each step.
 
     Raises:
         InvalidInput: nothing has the name, or the actuator cannot follow a law; says what can.
@@ -47,7 +51,7 @@ def follow_laws(model: mujoco.MjModel, start: mujoco.MjData, drives: Mapping[str
     for name, text in drives.items():
         asked[name] = _parse_drive(model, data, every, name, text)
     followed = {n: (one, law) for n, (one, _, law) in asked.items() if one is not None and law.duration < math.inf}
-    found = _run_with_laws(model, data, every, followed) if followed else {}
+    found = _run_with_laws(model, data, every, followed, watch) if followed else {}
     needed = _required_forces(
         model, data, {n: (joint, law) for n, (_, joint, law) in asked.items() if joint is not None}
     )
@@ -128,9 +132,9 @@ def _run_seconds(law: DriveLaw) -> float:
 
 def _run_with_laws(
     model: mujoco.MjModel, start: mujoco.MjData, every: list[TriedActuator],
-    followed: Mapping[str, tuple[TriedActuator, DriveLaw]],
+    followed: Mapping[str, tuple[TriedActuator, DriveLaw]], watch: Callable[[mujoco.MjData], object],
 ) -> dict[str, LawResponse]:  # fmt: skip
-    """Run a model with controls that follow laws; return each response."""
+    """Run a model with controls that follow laws, watched before each step; return each response."""
     step, first = float(model.opt.timestep), next(iter(followed.values()))[0]
     made, held = held_model(model, first, every)
     data = copy.copy(start)
@@ -155,6 +159,7 @@ def _run_with_laws(
                     rows[name][0, k] = data.qvel[model.jnt_dofadr[one.joint]] if dof else data.qpos[
                         model.jnt_qposadr[one.joint]
                     ]  # fmt: skip
+            watch(data)
             mujoco.mj_step(made, data)
             for name, (one, _) in followed.items():
                 if one.joint is None:

@@ -22,6 +22,7 @@ def study_moving(
     start: mujoco.MjData,
     drives: Mapping[str, str] | None = None,
     progress: Callable[[str], object] = lambda name: None,
+    watch: Callable[[mujoco.MjData], object] = lambda data: None,
 ) -> Moving:
     """Study what moves a model, from the closed pose nearest to a start.
 
@@ -29,6 +30,7 @@ def study_moving(
         start: data at the start, as `conrod.mjcf.loading.data_at_start` gives it; it is not changed.
         drives: laws that controls of actuators or joints follow; without any all actuators are tried.
         progress: called with the name of each part before it is tried.
+        watch: called with the data before each step of a run along the given laws.
 
     Raises:
         InvalidInput: nothing has the name of a drive, or it cannot follow its law.
@@ -39,5 +41,5 @@ def study_moving(
             closed = copy.copy(start)
     mobility = count_model_mobility(model, start)
     if drives:
-        return Moving(mobility, (), followed=follow_laws(model, closed, drives))
+        return Moving(mobility, (), followed=follow_laws(model, closed, drives, watch))
     return Moving(mobility, try_actuators(model, closed, progress), hold_keyframes(model), free_energy(model, start))

@@ -15,7 +15,7 @@ from conrod.models.inspection.actuator_results import SERVOS, SPEEDS, ActuatorRe
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
 from conrod.models.loops.error_words import in_mm
 from conrod.models.loops.settings_words import lines_to_paste, settings_words
-from conrod.report.kind import Index, Kind
+from conrod.report.kind import Index, Kind, Part
 from conrod.report.numbers import quantity
 from conrod.report.table import Table, Verbatim, table
 from conrod.report.terminal import PrintedPart, verdict_line
@@ -304,6 +304,12 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
     return f"Something stands in the way in {failed} of {len(summaries)} models."
 
 
+def _live_html(part: Part[Inspection], anchor: str) -> str:
+    from conrod.report.html.moving_links import links_html
+
+    return links_html(part.findings.picture, anchor, part.findings.name)
+
+
 INSPECTION_REPORT = Kind(
     name="inspection",
     findings=Inspection,
@@ -315,4 +321,5 @@ INSPECTION_REPORT = Kind(
     results="inspection.json",
     index_file="inspection.md",
     suffix="-inspection",
+    live_html=_live_html,
 )

@@ -11,6 +11,7 @@ from conrod.models.inspection.actuator_results import ActuatorResult
 from conrod.models.inspection.moving_results import FreeEnergy, KeyframeHold, LawResponse, ModelMobility
 from conrod.models.inspection.moving_words import actuator_lines, keyframe_lines
 from conrod.models.lint.findings import Finding, Severity
+from conrod.report.drawing.moving_links import MovingLinks
 
 # Of the range of motion: the tolerance on the position that settings are searched for, as none is given.
 SEARCHED_SHARE = 1e-3
@@ -140,12 +141,14 @@ class Moving:
     @property
     def alarms(self) -> tuple[str, ...]:
         """Faults of actuators, driven laws, keyframes and energy, each in words with its name."""
-        weak = (one.words for one in self.followed if one.is_too_weak or one.broke)
+        weak = (f"with {one.words}" for one in self.followed if one.is_too_weak or one.broke)
         left = (one.words for one in self.keyframes if not one.stays)
         # Damping of the model takes out in its own runs what the step adds.
         energy = self.energy
         grown = (energy.words,) if energy is not None and energy.grows and not energy.damped else ()
-        return (*(f"{one.name} {words}" for one in self.actuators for words in one.alarms), *weak, *left, *grown)
+        # Sentences that begin with these words leave names as they are written.
+        tried = (f"actuator {one.name} {words}" for one in self.actuators for words in one.alarms)
+        return (*tried, *weak, *left, *grown)
 
     @property
     def passed(self) -> bool:
@@ -181,6 +184,7 @@ class Inspection:
         not_judged: why `motion` is None, or why its drives go no further.
         findings: what lint finds, worst first.
         lint_notes: what lint says of its own judging, or why it found nothing.
+        drawn: runs of its actuators, or of the file as it is, in motion, where no exact motion is judged.
     """
 
     file: str
@@ -195,6 +199,13 @@ class Inspection:
     not_judged: str = ""
     findings: tuple[Finding, ...] = ()
     lint_notes: tuple[str, ...] = ()
+    drawn: MovingLinks | None = None
+
+    @property
+    def picture(self) -> MovingLinks | None:
+        """The model in motion: its judged runs over its exact motion, else other runs; None if nothing is drawn."""
+        judged = None if self.motion is None else self.motion.drawn
+        return judged or self.drawn
 
     @property
     def errors(self) -> tuple[Finding, ...]:

@@ -17,6 +17,7 @@ from conrod.mjcf.loop_results import LawComparison, LoopRequest, LoopStudy
 from conrod.mjcf.runs import user_model_errors
 from conrod.mjcf.unit_of_length import controls_in_metres, coordinate_powers
 from conrod.models.inspection.closing import examine_closing
+from conrod.models.inspection.drawn_runs import PoseRecorder, draw_law_run, draw_own_runs
 from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.following import drives_of_joints
 from conrod.models.inspection.loading import URDF, load_for_inspection
@@ -26,6 +27,7 @@ from conrod.models.inspection.results import SEARCHED_SHARE, Closing, Inspection
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
 from conrod.models.loops.study import study_loops
+from conrod.report.drawing.moving_links import MovingLinks
 
 SILENT_RESET = "silent-reset"  # a rule of lint: of nearly every file, and of no consequence while nothing diverges
 
@@ -39,9 +41,9 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
     model, loading = load_for_inspection(path, question)
     with user_model_errors(path):
         controls = controls_in_metres(model, question.controls, question.unit)
-        data, _ = data_at_start(model, question.keyframe, controls)
-        closing = examine_closing(model, question.keyframe, question.unit)
-        moving = study_moving(model, data, question.drives)
+        data, key = data_at_start(model, question.keyframe, controls)
+        closing, recorder = examine_closing(model, question.keyframe, question.unit), PoseRecorder()
+        moving = study_moving(model, data, question.drives, watch=recorder)
         found = Inspection(str(path), name, mujoco.__version__, question, loading, closing, moving)
     drives, not_judged = drives_of_joints(model, question.drives), ""
     if not question.drives:
@@ -57,8 +59,20 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
         except InvalidInput as error:
             not_judged = str(error).removeprefix(f"{path}: ")
     found = replace(found, drives=dict(drives), motion=motion, not_judged=not_judged)
+    if found.picture is None:
+        found = replace(found, drawn=_draw_runs(model, data, key, moving, recorder))
     findings, notes = lint_findings(path, question, whole=not loading.left_out)
     return replace(found, findings=findings, lint_notes=notes)
+
+
+def _draw_runs(
+    model: mujoco.MjModel, start: mujoco.MjData, keyframe: int | None, moving: Moving, recorder: PoseRecorder
+) -> MovingLinks | None:
+    """Draw the run along the laws that were given, or the actuators' trials and the file's own run."""
+    if moving.followed and recorder.poses:
+        words = ", ".join(f"{one.name} = {one.law}" for one in moving.followed if one.follows)
+        return draw_law_run(model, recorder, words, next((one.broke for one in moving.followed if one.broke), ""))
+    return draw_own_runs(model, start, keyframe, moving.actuators)
 
 
 def start_pose(model: mujoco.MjModel, question: InspectionRequest) -> Array:

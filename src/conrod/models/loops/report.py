@@ -23,7 +23,7 @@ from conrod.mjcf.loop_results import (
 from conrod.mjcf.start_pose_words import open_start_words
 from conrod.models.loops.error_words import PAGE_UNITS, in_mm, shipped_words, with_share
 from conrod.models.loops.settings_words import lines_to_paste, settings_words
-from conrod.report.kind import Index, Kind
+from conrod.report.kind import Index, Kind, Part
 from conrod.report.numbers import in_shown_unit, measured_text, order, quantity
 from conrod.report.table import VERDICT, ColouredCell, Table, Verbatim, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
@@ -322,6 +322,12 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
     return f"{said}; hardened, {len(hardened)} are off by at most {in_mm(max(hardened))}." if hardened else f"{said}."
 
 
+def _live_html(part: Part[LoopStudy], anchor: str) -> str:
+    from conrod.report.html.moving_links import links_html
+
+    return links_html(part.findings.drawn, anchor, part.findings.name)
+
+
 LOOPS_REPORT = Kind(
     name="loops",
     findings=LoopStudy,
@@ -333,4 +339,5 @@ LOOPS_REPORT = Kind(
     results="loops.json",
     index_file="loops.md",
     suffix="-loops",
+    live_html=_live_html,
 )

@@ -17,7 +17,7 @@ from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forc
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput, OutsideLoopsError
-from conrod.exact.motion import QUANTITIES, PointMotion
+from conrod.exact.motion import QUANTITIES, Array, PointMotion
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility
 from conrod.exact.space.mobility import Mobility, SpatialForces, count_mobility, forces
@@ -46,11 +46,13 @@ from conrod.mjcf.request import OpenStart
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.mjcf.start import open_start
 from conrod.mjcf.unit_of_length import controls_in_metres
+from conrod.models.loops.drawing import draw_judged_runs
 from conrod.models.loops.law_comparison import allowed_speed_error, compare_with_laws
 from conrod.models.loops.load_differences import list_load_differences
 from conrod.models.loops.search import search_settings
 from conrod.models.loops.settings import SEARCHED, after_compiling, mjcf_lines, python_lines, settings_edits
 from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, track_motion
+from conrod.report.drawing.moving_links import MovingLinks
 from conrod.scenes.space import MACHINES
 
 # Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
@@ -164,7 +166,7 @@ class _LoopBench:
         shipped = self._run_as_shipped(travel)  # what is wrong with controls is said before the runs
         shipped = self._compare_with_laws(shipped, checked, travel)
         kinematic, remarks = compare_kinematics(self.model, self.machine, self.points, checked)
-        runs, steps = self._runs(travel)
+        runs, steps, drawn = self._runs(travel)
         unknown = self._unknown_forces(merge_forces(one for run in runs for one in run.acting))
         exact = None if unknown else forces(self.machine, checked)
         search, paste = self._search(Path(file), travel, scales, shipped, (*runs, *steps))
@@ -176,6 +178,7 @@ class _LoopBench:
             {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
             self._open_start(), self.moved_start, self._closure_words(),
             tuple(point.name for point in self.points), scales=scales, search=search, moved=self._moved_points(),
+            drawn=drawn,
         )  # fmt: skip
 
     def _moved_points(self) -> tuple[str, ...]:
@@ -224,29 +227,43 @@ class _LoopBench:
 
     # -- runs ---------------------------------------------------------------------------------------------------------
 
-    def _runs(self, travel: float) -> tuple[tuple[LoopRun, ...], tuple[LoopRun, ...]]:
-        """Runs at the model's own step, with order and cost, and runs at other steps."""
-        at_own, others = list[LoopRun](), list[LoopRun]()
+    def _runs(self, travel: float) -> tuple[tuple[LoopRun, ...], tuple[LoopRun, ...], MovingLinks | None]:
+        """Runs at the model's own step, with order and cost, runs at other steps, and the first ones in motion."""
+        at_own, others, recorded = list[LoopRun](), list[LoopRun](), dict[str, Array]()
         costs = self._costs()
         for label in LABELS:
-            made = {n: self._run(label, n, travel) for n in (*(1.0 / c for c in COARSER), *map(float, FINER))}
+            made = {n: self._run(label, n, travel, recorded) for n in (*(1.0 / c for c in COARSER), *map(float, FINER))}
             by_step = sorted((round(COARSER[-1] * n), run.errors.get("position")) for n, run in made.items())
             order = claimed_order(by_step)
             priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
             at_own.append(replace(priced[1.0], order=order))
             others += [run for n, run in priced.items() if n != 1.0]
-        return tuple(at_own), tuple(others)
+        step, count = float(self.model.opt.timestep), int(self.seconds / float(self.model.opt.timestep) + 1e-9)
+        exact = self._motion_at(step, count, max(1, count // MAX_SAMPLES)) if recorded else None
+        drawn = None if exact is None else draw_judged_runs(self.model, exact, self.points, at_own, recorded)
+        return tuple(at_own), tuple(others), drawn
 
-    def _run(self, label: str, finer: float, travel: float) -> LoopRun:
-        """Run with `finer` times as many steps as the model's own, compared with the exact motion."""
+    def _run(self, label: str, finer: float, travel: float, recorded: dict[str, Array]) -> LoopRun:
+        """Run with `finer` times as many steps as the model's own, compared with the exact motion.
+
+        Args:
+            recorded: takes the coordinates (nq, K) of a run at the model's own step, by its label.
+        """
         step = float(self.model.opt.timestep) / finer
         count = int(self.seconds / step + 1e-9)
         if not 2 <= count <= MAX_STEPS:
             return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MAX_STEPS:,} are made")
-        return self._run_model(label, self._with_settings(label, step), travel)
+        run, coordinates = self._record_model(label, self._with_settings(label, step), travel)
+        if finer == 1.0:
+            recorded[label] = coordinates
+        return run
 
     def _run_model(self, label: str, model: mujoco.MjModel, travel: float) -> LoopRun:
         """Run a model with the settings of a label, compared with the exact motion."""
+        return self._record_model(label, model, travel)[0]
+
+    def _record_model(self, label: str, model: mujoco.MjModel, travel: float) -> tuple[LoopRun, Array]:
+        """Run a model with the settings of a label, compared with the exact motion; return its coordinates (nq, K)."""
         step = float(model.opt.timestep)
         count = int(self.seconds / step + 1e-9)
         every = max(1, count // MAX_SAMPLES)
@@ -254,7 +271,8 @@ class _LoopBench:
         recorded = driven_run(self.machine, model, motion, self.points, every)
         exact = None if self._unknown_forces(recorded.acting) else self._forces_along(motion)
         found = judge_run(label, step, recorded, motion, self.machine, exact, travel)
-        return replace(found, acting=recorded.acting, reason=add_obstacles(found.reason, recorded.acting))
+        found = replace(found, acting=recorded.acting, reason=add_obstacles(found.reason, recorded.acting))
+        return found, recorded.coordinates
 
     # Runs of all presets have the same samples, so that the exact motion there is the same.
 

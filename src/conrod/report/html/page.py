@@ -26,7 +26,7 @@ from conrod.report.table import safe_html
 TEMPLATES = "conrod.report.html"
 PAGE_SUFFIX = ".md"
 # Names of further scripts and styles, by the tag whose presence on a page requires them.
-ASSET_MARKERS = {"machine": '<div class="machine"', "spots": '<span class="spots"'}
+ASSET_MARKERS = {"machine": '<div class="machine"', "links": '<div class="links"', "spots": '<span class="spots"'}
 
 
 @dataclass(frozen=True)

@@ -6,113 +6,24 @@ Curves against the crank angle are small SVGs with a cursor that the page's scri
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
-from conrod.exact.motion import QUANTITIES, Array
+from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.charts.canvas import NORMS
 from conrod.report.charts.styles import label, svg_stroke
 from conrod.report.html.page import html_template
-from conrod.report.html.parts import points_text, svg_number
+from conrod.report.html.panels import PanelCurve, panel_svg
+from conrod.report.html.parts import points_text
 from conrod.report.kind import Part
-from conrod.report.numbers import ROUNDING
 from conrod.studies.validation.motion_curves import PAGE_UNITS
 from conrod.studies.validation.moving_drawing import MAX_POWER, POSES, MovingMachine, moving_machine, transforms
 from conrod.studies.validation.results import SceneStudy
 
-# Edges of the plot in an SVG of 400 by 145 units; machine.js knows LEFT and RIGHT too.
-LEFT, RIGHT, TOP, BOTTOM = 52.0, 386.0, 24.0, 122.0
-MAX_LABELS = 4  # on a linear axis
-MAX_DECADE_LABELS = 4  # on an axis
 STILL_SHARE = 1e-9  # of the other component's span: what moves by less is rounding, and is not drawn
-ANGLE_TICKS = 5  # on the axis of the crank angle
-
-
-class PanelCurve(NamedTuple):
-    """A curve of a panel.
-
-    Attributes:
-        along: abscissae (K,), shares of the drawn range of the crank angle.
-        values: ordinates (K,).
-        run: number of the run; -1 for the exact motion.
-        look: SVG attributes."""
-
-    along: Array
-    values: Array
-    run: int
-    look: str
-
-
-def panel_svg(
-    title: str, lines: Sequence[PanelCurve], ends: tuple[float, float], at: float, log: bool = False
-) -> Markup:
-    """Draw curves against the crank angle as SVG, with a cursor.
-
-    Args:
-        title: title of the panel.
-        lines: the curves.
-        ends: first and last crank angle [deg].
-        at: place of the cursor, a share of the range.
-        log: True for a logarithmic scale."""
-    if log:
-        lines = [line._replace(values=np.log10(np.maximum(line.values, ROUNDING))) for line in lines]
-    values = np.concatenate([line.values for line in lines] or [np.zeros(1)])
-    low, high = float(values.min()), float(values.max())
-    if log:
-        low, high = math.floor(low), max(math.ceil(high), math.floor(low) + 1)
-        ticks = np.arange(high, low - 1.0, -np.ceil((high - low) / MAX_DECADE_LABELS))
-        names = [f"1e{tick:.0f}" for tick in ticks]
-    else:
-        if low == high:
-            low, high = low - 0.5, high + 0.5
-        ticks, names = axis_ticks(low, high)
-    span = (high - low) or 1.0
-
-    def y(value: Array) -> Array:
-        return np.asarray(BOTTOM - (BOTTOM - TOP) * (value - low) / span)
-
-    marks = "".join(
-        f'<path class="grid" d="M{LEFT} {h:.1f}H{RIGHT}"/>'
-        f'<text x="{LEFT - 4}" y="{h + 4:.1f}" text-anchor="end">{name}</text>'
-        for h, name in zip(y(ticks), names, strict=True)
-    )
-    for share in np.linspace(0.0, 1.0, ANGLE_TICKS):
-        degrees = f"{ends[0] + share * (ends[1] - ends[0]):.0f}"
-        place, anchor = (_cursor_x(share), "middle") if share < 1.0 else (400.0, "end")
-        unit = "" if share < 1.0 else " deg"
-        marks += f'<text x="{place:.0f}" y="{BOTTOM + 16}" text-anchor="{anchor}">{degrees}{unit}</text>'
-    drawn = "".join(_curve_path(line, y(line.values)) for line in lines)
-    cursor = f'<line class="cursor" x1="{_cursor_x(at):.1f}" x2="{_cursor_x(at):.1f}" y1="{TOP}" y2="{BOTTOM}"/>'
-    kind = ' data-log="1"' if log else ""
-    return Markup(  # made of numbers and escaped texts
-        f'<svg class="curves" viewBox="0 0 400 145" data-low="{low:.6g}" data-high="{high:.6g}"'
-        f'{kind} role="img" aria-label="{escape(title)}, against the crank angle in '
-        f'degrees"><text x="0" y="12" class="title">{escape(title)}</text>'
-        f'<text x="{RIGHT}" y="12" text-anchor="end" class="value"></text>{marks}{drawn}{cursor}</svg>'
-    )
-
-
-def axis_ticks(low: float, high: float) -> tuple[Array, list[str]]:
-    """Return round values between two, zero among them if it lies between, and their texts."""
-    tenth = 10.0 ** math.floor(math.log10((high - low) / MAX_LABELS))
-    step = next(one * tenth for one in (1.0, 2.0, 5.0, 10.0) if (high - low) / (one * tenth) <= MAX_LABELS)
-    ticks = np.asarray(step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1), dtype=float)
-    decimals = max(0, -math.floor(math.log10(step) + 1e-9))
-    return ticks, [svg_number(tick, decimals) for tick in ticks]
-
-
-def _cursor_x(share: float) -> float:
-    return LEFT + (RIGHT - LEFT) * share
-
-
-def _curve_path(line: PanelCurve, heights: Array) -> str:
-    places = points_text(zip(map(_cursor_x, line.along), heights, strict=True))
-    return f'<path data-run="{line.run}" d="M{places}" {line.look}/>'
 
 
 def machine_html(part: Part[SceneStudy], anchor: str) -> str:

@@ -1,5 +1,5 @@
 // Machines in motion: one crank angle moves the drawing and the cursors of its curves.
-const LEFT = 52, RIGHT = 386, TOP = 24, BOTTOM = 122; // of the area of a panel, see machine_page.py
+const LEFT = 52, RIGHT = 386, TOP = 24, BOTTOM = 122; // of the area of a panel, see panels.py
 const moving = new Map(); // machines that run, each with what it does a moment later
 
 /** The row at a part of the way, between the two that are next to it. */

@@ -1,0 +1,132 @@
+"""Runs of a model without an exact motion, in motion: of its actuators, along given laws, and of the file as it is."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import mujoco
+import numpy as np
+
+from conrod.engines.mujoco.dynamics import silence_warnings
+from conrod.exact.motion import Array
+from conrod.mjcf.drawn_links import FRAMES, RunToDraw, draw_links
+from conrod.mjcf.driving import break_off_reason
+from conrod.mjcf.loading import start_words
+from conrod.models.inspection.actuator_kinds import TriedActuator, read_actuators
+from conrod.models.inspection.actuator_results import ActuatorResult
+from conrod.models.inspection.actuator_runs import prepare_trial
+from conrod.report.drawing.moving_links import MovingLinks
+
+MAX_ACTUATORS = 4  # that are drawn
+OWN_SECONDS, MAX_OWN_STEPS = 3.0, 6000  # length of the file's own run
+FORCE_SECONDS, MAX_FORCE_STEPS = 1.0, 4000  # longest run of a force
+FORCE_ROOM = 0.4  # of its range, that a force is run through
+MOVES = 1e-3  # of the extent: a body that moves by more is seen to move
+
+
+@dataclass
+class PoseRecorder:
+    """Coordinates (nq,) of a run at the steps that it is called at."""
+
+    poses: list[Array] = field(default_factory=list)
+
+    def __call__(self, data: mujoco.MjData) -> None:
+        self.poses.append(data.qpos.copy())
+
+    def frames(self) -> Array:
+        """Coordinates (nq, K) at `FRAMES` + 1 evenly spaced steps, or at all if these are fewer."""
+        count = len(self.poses)
+        rows = np.round(np.linspace(0, count - 1, min(count, FRAMES + 1))).astype(int)
+        return np.array([self.poses[row] for row in rows.tolist()]).T
+
+
+def draw_own_runs(
+    model: mujoco.MjModel, start: mujoco.MjData, keyframe: int | None, actuators: Sequence[ActuatorResult]
+) -> MovingLinks | None:
+    """Draw the trials of a model's first actuators, and the run of the file as it is if something moves in it.
+
+    Args:
+        start: data at the start; it is not changed.
+        keyframe: number of the keyframe that the start is; None for the model's own pose.
+    """
+    every = read_actuators(model)
+    tried = [(one, commands) for one, result in zip(every, actuators, strict=False)
+             if not one.untried and (commands := list(_commands(model, one, result)))]  # fmt: skip
+    runs = [_trial_run(model, start, one, commands, every) for one, commands in tried[:MAX_ACTUATORS]]
+    steps = max(2, min(MAX_OWN_STEPS, round(OWN_SECONDS / float(model.opt.timestep))))
+    own, seconds, broke = _record(model, copy.copy(start), lambda data: None, steps)
+    places = start_words(model, keyframe, np.array(start.ctrl).tolist())
+    if not runs or broke or _moves(model, own):
+        runs.append(RunToDraw(f"run as the file has it, from {places}", "", seconds, own, broke))
+    return draw_links(model, None, runs)
+
+
+def draw_law_run(model: mujoco.MjModel, recorder: PoseRecorder, words: str, broke: str = "") -> MovingLinks | None:
+    """Draw a run along given laws; None if no run was recorded."""
+    if len(recorder.poses) < 2:
+        return None
+    seconds = len(recorder.poses) * float(model.opt.timestep)
+    return draw_links(model, None, [RunToDraw(words, "", seconds, recorder.frames(), broke)])
+
+
+def _moves(model: mujoco.MjModel, coordinates: Array) -> bool:
+    """True if a body is seen to move along coordinates (nq, K)."""
+    data, places = mujoco.MjData(model), list[Array]()
+    for pose in coordinates.T:
+        data.qpos[:] = pose
+        mujoco.mj_kinematics(model, data)
+        places.append(data.xipos.copy())
+    return bool(np.linalg.norm(np.array(places) - places[0], axis=2).max() > MOVES * float(model.stat.extent))
+
+
+def _record(
+    model: mujoco.MjModel, data: mujoco.MjData, act: Callable[[mujoco.MjData], None], steps: int
+) -> tuple[Array, float, str]:
+    """Run a model for some steps; return coordinates (nq, K), seconds, and why it broke off."""
+    recorder, broke = PoseRecorder(), ""
+    with silence_warnings():
+        for k in range(steps):
+            act(data)
+            recorder(data)
+            mujoco.mj_step(model, data)
+            if k % 16 == 0 and (broke := break_off_reason(model, data)):
+                recorder.poses = [pose for pose in recorder.poses if np.all(np.isfinite(pose))]
+                break
+    return recorder.frames(), len(recorder.poses) * float(model.opt.timestep), broke
+
+
+def _trial_run(
+    model: mujoco.MjModel, start: mujoco.MjData, one: TriedActuator, commands: Sequence[tuple[float, float]],
+    every: Sequence[TriedActuator],
+) -> RunToDraw:  # fmt: skip
+    """Run an actuator's commands (control, time [s]) again, to be drawn."""
+    bench = prepare_trial(model, start, one, every)
+    data, times = copy.copy(bench.data), np.cumsum([seconds for _, seconds in commands])
+    begin = float(data.time)
+
+    def act(data: mujoco.MjData) -> None:
+        row = int(np.searchsorted(times, data.time - begin, side="right"))
+        control = commands[min(row, len(commands) - 1)][0]
+        if bench.model.actuator_ctrllimited[one.control]:
+            control = float(np.clip(control, *bench.model.actuator_ctrlrange[one.control]))
+        data.ctrl[one.control] = control
+
+    frames, seconds, broke = _record(bench.model, data, act, max(2, round(float(times[-1]) / bench.step)))
+    return RunToDraw(f"{one.name}, as it was tried", "", seconds, frames, broke)
+
+
+def _commands(model: mujoco.MjModel, one: TriedActuator, result: ActuatorResult) -> Iterator[tuple[float, float]]:
+    """Yield the controls of an actuator's trial, and how long [s] each is given."""
+    if one.kind == "position":
+        for response in result.responses:
+            yield one.control_for(response.target), response.seconds
+    elif one.kind in ("velocity", "intvelocity"):
+        per_control = one.gain / (one.gear * (one.stiffness if one.kind == "intvelocity" else one.damping))
+        for response in result.responses:
+            yield response.target / per_control, response.seconds
+    elif result.acceleration and result.full is not None and result.span is not None:
+        room = FORCE_ROOM * (result.span[1] - result.span[0])
+        seconds = float(np.sqrt(2.0 * room / abs(result.acceleration))) + one.delay
+        yield result.full, min(seconds, FORCE_SECONDS, MAX_FORCE_STEPS * float(model.opt.timestep))
