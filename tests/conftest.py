@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import gc
 import os
+import subprocess
 from collections.abc import Iterator
 
 import pytest
+from forked_workers import forking_subprocess
 
 from conrod import ONE_THREAD
 
 os.environ.update(ONE_THREAD)  # as the command does, before numpy is loaded
 
+from conrod.execution import worker_process
 from conrod.report.figure import Figure
+
+if "MUTANT_UNDER_TEST" not in os.environ:
+    worker_process.subprocess = forking_subprocess()  # type: ignore[attr-defined]
 
 
 @pytest.hookimpl(wrapper=True)
@@ -24,6 +30,12 @@ def pytest_collection() -> Iterator[None]:
     finally:
         gc.freeze()
         gc.enable()
+
+
+@pytest.fixture
+def started_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Workers are started as a user's are, each by a Python of its own."""
+    monkeypatch.setattr(worker_process, "subprocess", subprocess)
 
 
 @pytest.fixture
@@ -41,8 +53,6 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 if "MUTANT_UNDER_TEST" in os.environ:  # `make mutants` sees which tests reach a function in this process alone
     from nearest_tests import pytest_collection_modifyitems, pytest_runtest_protocol  # noqa: F401, hooks
-
-    from conrod.execution import worker_process
 
     if os.environ["MUTANT_UNDER_TEST"] == "stats":
         # A worker has nobody to tell which functions are reached, and mutmut would end it.

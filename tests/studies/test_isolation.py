@@ -124,6 +124,7 @@ def executed(folder: Path) -> list[str]:
     return [path.name for path in folder.glob("*.executed")]
 
 
+@pytest.mark.usefixtures("started_anew")
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: " ".join(command[:2]))
 def test_no_command_imports_what_lies_beside_a_model(folder: Path, command: tuple[str, ...]) -> None:
     done = command_line.conrod(*command, cwd=folder, ledger=folder / "ledger.sqlite", own_workers=True)
