@@ -52,8 +52,14 @@ def multiply_series(
 
 
 def rotate_series(turn: Series, vector: Array) -> Series:
-    """A vector (3,) fixed in a rotating frame, in the ground's directions; no coefficient of a vector of zeros."""
-    return [np.einsum("ijt,j->it", one, vector) for one in turn] if vector.any() else []
+    """A vector (3,), or one for each sample (3, T), fixed in a rotating frame, in the ground's directions."""
+    product = "ijt,j->it" if vector.ndim == 1 else "ijt,jt->it"
+    return [np.einsum(product, one, vector) for one in turn]
+
+
+def place_beside(place: Series, turn: Series, vector: Array) -> Series:
+    """Position of a point at a vector (3,) or (3, T) from the origin of a moving frame."""
+    return add_series(place, rotate_series(turn, vector)) if any(vector.tolist()) else place
 
 
 def add_series(*terms: Series) -> Series:
@@ -78,7 +84,7 @@ class Poses:
     Attributes:
         places, turns: Taylor series of the bodies' positions (3, T) [m] and rotation matrices (3, 3, T).
         anchors: position (3, T) [m] of each joint; the key is the index of its first rate.
-        axes: axes (3, n, T) of a joint's n rates; keys as in `anchors`.
+        frames: rotation (3, 3, T) of the frame in which a joint's axes are fixed; keys as in `anchors`.
         scalars: Taylor series (T,) of the coordinates of hinges and slides; keys as in `anchors`.
     """
 
@@ -86,14 +92,19 @@ class Poses:
     places: list[Series]
     turns: list[Series]
     anchors: dict[int, Array]
-    axes: dict[int, Array]
+    frames: dict[int, Array]
     scalars: dict[int, Series]
 
     def point(self, point: SpatialPoint) -> Series:
         """Position of a point that is fixed to a body, as a series."""
-        if not np.any(point.offset):
-            return self.places[point.body]
-        return add_series(self.places[point.body], rotate_series(self.turns[point.body], point.offset))
+        return place_beside(self.places[point.body], self.turns[point.body], point.offset)
+
+    def axes(self, joint: SpatialJoint) -> Array:
+        """Axes (3, n, T) of a joint's n rates; those of a free joint's rotation alone."""
+        frame = self.frames[joint.rate]
+        if joint.kind in ("ball", "free"):
+            return frame
+        return rotate_series([frame], joint.axis)[0][:, None]
 
 
 def forward_kinematics(tree: SpatialTree, coordinates: Array, rates: Array | None = None) -> Poses:
@@ -123,7 +134,7 @@ class _ForwardRecursion:
     def _add_body(self, body: SpatialBody) -> None:
         """Compute the pose of one body from its parent's."""
         above = self.poses.turns[body.parent]
-        place = add_series(self.poses.places[body.parent], rotate_series(above, body.place))
+        place = place_beside(self.poses.places[body.parent], above, body.place)
         turn = [np.einsum("ijt,jk->ikt", one, body.turn) for one in above] if body.is_turned else above
         for joint in body.joints:
             place, turn = self._move_by_joint(joint, place, turn)
@@ -135,27 +146,27 @@ class _ForwardRecursion:
         self.poses.turns.append(turn)
 
     def _move_by_joint(self, joint: SpatialJoint, place: Series, turn: Series) -> tuple[Series, Series]:
-        """Move a frame by a joint, and record the joint's anchor and axes."""
-        at, axes, anchors = joint.coordinate, self.poses.axes, self.poses.anchors
+        """Move a frame by a joint, and record the joint's anchor and the frame of its axes."""
+        at, frames, anchors = joint.coordinate, self.poses.frames, self.poses.anchors
         if joint.kind == "free":
             linear = [self.rates[k, joint.rate : joint.rate + 3] / (k + 1) for k in range(self.order)]
-            place, turn = [self.q[at : at + 3], *linear], self._ball(at + 3, joint.rate + 3)
-            anchors[joint.rate], axes[joint.rate] = place[0], turn[0]
+            # + 0.0: no place is -0.0.
+            place, turn = [one + 0.0 for one in (self.q[at : at + 3], *linear)], self._ball(at + 3, joint.rate + 3)
+            anchors[joint.rate], frames[joint.rate] = place[0], turn[0]
             return place, turn
-        anchor = add_series(place, rotate_series(turn, joint.anchor))
+        anchor = place_beside(place, turn, joint.anchor)
         anchors[joint.rate] = anchor[0]
         if joint.kind == "ball":
             turn = multiply_series(turn, self._ball(at, joint.rate), self.order)
-            axes[joint.rate] = turn[0]
-            return add_series(anchor, rotate_series(turn, -joint.anchor)), turn
+            frames[joint.rate] = turn[0]
+            return place_beside(anchor, turn, -joint.anchor), turn
         value = [self.q[at] - joint.reference, *(self.rates[k, joint.rate] / (k + 1) for k in range(self.order))]
         self.poses.scalars[joint.rate] = [self.q[at], *value[1:]]
-        axis = rotate_series(turn if joint.kind == "slide" else turn[:1], joint.axis)
-        axes[joint.rate] = axis[0][:, None]
+        frames[joint.rate] = turn[0]
         if joint.kind == "slide":
-            return add_series(place, scale_series(axis, value, self.order)), turn
+            return add_series(place, scale_series(rotate_series(turn, joint.axis), value, self.order)), turn
         turn = multiply_series(turn, _hinge_rotation(joint, value), self.order)
-        return add_series(anchor, rotate_series(turn, -joint.anchor)), turn
+        return place_beside(anchor, turn, -joint.anchor), turn
 
     def _ball(self, at: int, rate: int) -> Series:
         """Rotation of a quaternion, with derivatives from rates in the rotated frame."""
@@ -170,6 +181,8 @@ class _ForwardRecursion:
 def _hinge_rotation(joint: SpatialJoint, angle: Series) -> Series:
     """Rotations about a hinge's axis by a series of angles (Rodrigues' formula)."""
     skew, square, unturned = joint.rodrigues
+    if len(angle) == 1:
+        return [skew * np.sin(angle[0]) - square * np.cos(angle[0]) + unturned]
     sine, cosine = (one.coefficients for one in sine_cosine(Jet(angle)))
     made = [skew * s - square * c for s, c in zip(sine, cosine, strict=True)]
     made[0] = made[0] + unturned

@@ -122,7 +122,7 @@ def point_jacobian(found: Poses, point: SpatialPoint) -> tuple[Blocks, Blocks]:
     """Derivatives of a point's position and its body's rotation by the rates of the joints above it."""
     place, linear, angular = found.point(point)[0], list[tuple[slice, Array]](), list[tuple[slice, Array]]()
     for joint in found.tree.joints_above[point.body]:
-        axes = found.axes[joint.rate]
+        axes = found.axes(joint)
         if joint.kind == "slide":
             linear.append((joint.rates, axes))
             continue

@@ -51,7 +51,7 @@ class _PlanarModel:
             forward_kinematics(tree, tree.start[:, None]),
         )
         self.tree, self.crank = tree, joint.body
-        self.axis = found.axes[joint.rate][:, 0, 0]
+        self.axis = found.axes(joint)[:, 0, 0]
         self.turns = [turn[0][..., 0] for turn in found.turns]
         self.frames = {0: (0, np.eye(3), np.zeros(3))}
         for k, body in enumerate(tree.bodies[1:], 1):

@@ -100,7 +100,7 @@ def _slide_tilt(model: mujoco.MjModel, machine: Scene, question: ModelRequest, f
     right = [joint for joint in machine.mechanism().joints if isinstance(joint, Prismatic) and _on_ground(joint)]
     if len(slides) != 1 or len(right) != 1:
         return None
-    axis = forward_kinematics(tree, tree.start[:, None]).axes[slides[0].rate][:, 0, 0]
+    axis = forward_kinematics(tree, tree.start[:, None]).axes(slides[0])[:, 0, 0]
     way = np.angle(frame.view.as_complex(axis[None])[0]) - frame.rotation
     return float(np.angle(np.exp(2j * (way - right[0].direction)))) / 2.0
 
@@ -148,9 +148,7 @@ def _point(model: mujoco.MjModel, place: PointPlace) -> SpatialPoint:
 def tilted_axes(tree: SpatialTree) -> Iterator[str]:
     """Yield loop hinges not parallel to most of the hinges, and slides not perpendicular to them."""
     found = forward_kinematics(tree, tree.start[:, None])
-    axes = {
-        joint.name: found.axes[joint.rate][:, 0, 0] for joint in tree.loop_joints if joint.kind in ("hinge", "slide")
-    }
+    axes = {joint.name: found.axes(joint)[:, 0, 0] for joint in tree.loop_joints if joint.kind in ("hinge", "slide")}
     hinges = {joint.name: axes[joint.name] for joint in tree.loop_joints if joint.kind == "hinge"}
     if not hinges:
         return
@@ -174,7 +172,7 @@ def tilted_axes(tree: SpatialTree) -> Iterator[str]:
 def axial_gaps(tree: SpatialTree) -> Iterator[str]:
     """Yield connects whose points are apart along the hinges' axis, which no planar motion can close."""
     found = forward_kinematics(tree, tree.start[:, None])
-    hinges = [found.axes[joint.rate][:, 0, 0] for joint in tree.loop_joints if joint.kind == "hinge"]
+    hinges = [found.axes(joint)[:, 0, 0] for joint in tree.loop_joints if joint.kind == "hinge"]
     for closure in tree.closures if hinges else ():
         if closure.kind == "connect":
             one, other = (found.point(point)[0][:, 0] for point in closure.points)
