@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,8 @@ class SpatialJoint:
     Attributes:
         kind: hinge, slide, ball or free.
         coordinate, rate: index of its first number among all coordinates and all rates.
-        anchor, axis: (3,) in the body's frame; a hinge turns positively about its axis.
+        anchor, axis: (3,) in the body's frame, or (3, T) with one for each sample; a hinge turns positively about its
+            axis.
         reference: coordinate at which the body is in its reference pose.
         armature, damping, stiffness, spring: properties of the joint; `spring` is the rest coordinate of its spring.
         range: limits of its coordinate; None if it has none.
@@ -60,9 +61,13 @@ class SpatialJoint:
 
     @cached_property
     def rodrigues(self) -> tuple[Array, Array, Array]:
-        """Matrices (3, 3, 1) K, K^2 and I + K^2 of Rodrigues' formula, K = [axis]x."""
+        """Matrices (3, 3, 1) K, K^2 and I + K^2 of Rodrigues' formula, K = [axis]x; (3, 3, T) of axes (3, T)."""
         x, y, z = self.axis
-        skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        zero = np.zeros_like(x)
+        skew = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
+        if skew.ndim == 3:
+            square = np.einsum("ijt,jkt->ikt", skew, skew)
+            return skew, square, np.eye(3)[:, :, None] + square
         square = skew @ skew
         return skew[:, :, None], square[:, :, None], (np.eye(3) + square)[:, :, None]
 
@@ -199,6 +204,16 @@ class SpatialTree:
         """Rates that a closure depends on, as numbers of their joints' first rates."""
         between = [{joint.rate for joint in self.joints_above[point.body]} for point in closure.points]
         return set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
+
+    def with_joint(self, other: SpatialJoint) -> SpatialTree:
+        """Replace the joint of a name by one of the same kind; angles are weighed by the extent without it."""
+        bodies = list(self.bodies)
+        joints = tuple(other if one.name == other.name else one for one in bodies[other.body].joints)
+        bodies[other.body] = replace(bodies[other.body], joints=joints)
+        made = replace(self, bodies=tuple(bodies))
+        # What a cached property has found is kept in this dictionary.
+        vars(made).update(extent=self.extent, freedom=self.freedom, rows=self.rows)
+        return made
 
     def closures_linked_to(self, joint: SpatialJoint) -> frozenset[str]:
         """Names of the closures that depend on a joint, directly or through further closures and joints."""

@@ -11,13 +11,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialJoint, SpatialTree, displace
 from conrod.exact.space.drive_laws import DriveLaw
-from conrod.exact.space.forward_kinematics import forward_kinematics
+from conrod.exact.space.forward_kinematics import Poses, forward_kinematics
 from conrod.exact.space.loop_closure import jacobian, residuals
 from conrod.exact.space.mobility import check_drives, free_directions
 from conrod.exact.space.motion import DrivenTree
@@ -32,6 +31,8 @@ EXPLAINED_SHARE, MAX_RATIO_TO_BEST = 0.05, 30.0
 ROUNDING, STEP_TOLERANCE = 1e-13, 1e-14  # of the extent
 DAMPING = 0.02
 DIFFERENCE_STEP = 1e-6  # [rad, or extents], of central differences
+# A correction, and those on both sides of it in each of its two numbers, in steps.
+SIDES = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 MAX_TILT, MAX_SHIFT = 0.06, 0.02  # [rad, extents] of a slip; more would be another machine
 MAX_NAMED_CORRECTIONS = 3  # corrections in a message
 
@@ -149,19 +150,21 @@ def _close_at(
     here, best = machine.with_driven_joints(coordinates, times), (np.inf, change, coordinates)
     size = tree.extent if changed is not None and changed[1] == "anchor" else 1.0
     for number in range(MAX_GAUSS_NEWTON_STEPS):
-        seen = tree if changed is None else _with_change(tree, *changed, change)
-        found = forward_kinematics(seen, here)
-        left = residuals(found, 0)[0]
+        if changed is None:
+            found = forward_kinematics(tree, here)
+        else:  # at all corrections in one go
+            corrections = change + DIFFERENCE_STEP * size * SIDES
+            found = forward_kinematics(_with_corrections(tree, *changed, corrections, count), np.tile(here, len(SIDES)))
+        every = residuals(found, 0)[0]
+        left = every[:, :count]
         gap = float(np.abs(left).max())
         if not np.isfinite(gap):
             break
         if gap < best[0]:
             best = gap, change, here
-        matrix = block_diag(*(jacobian(found, count)[:, :, machine.free] * machine.weights))
-        open_rows = left.T.ravel()
+        matrix, open_rows = _derivatives(machine, found, every, count), left.T.ravel()
         if changed is not None:
             # Over a short motion a part of the correction matters little: first steps are damped (Levenberg 1944).
-            matrix = np.concatenate([matrix, _change_jacobian(tree, *changed, change, here, size)], axis=1)
             damped = np.zeros((2, matrix.shape[1]))
             damped[:, -2:] = DAMPING * 0.5**number * tree.extent * np.eye(2)
             matrix, open_rows = np.concatenate([matrix, damped]), np.concatenate([open_rows, np.zeros(2)])
@@ -177,30 +180,33 @@ def _close_at(
     return best
 
 
-def _change_jacobian(
-    tree: SpatialTree, joint: SpatialJoint, kind: str, change: Array, here: Array, size: float
-) -> Array:
-    """Derivatives (T rows, 2) of the residuals by a joint's correction, by central differences."""
-    columns = []
-    for by in DIFFERENCE_STEP * size * np.eye(2):
-        ends = [
-            residuals(forward_kinematics(_with_change(tree, joint, kind, change + s * by), here), 0)[0]
-            for s in (1.0, -1.0)
-        ]
-        columns.append(((ends[0] - ends[1]) / (2.0 * DIFFERENCE_STEP)).T.ravel())
-    return np.array(columns).T
+def _derivatives(machine: DrivenTree, found: Poses, residual: Array, count: int) -> Array:
+    """Derivatives (T rows, T free + 2) of the residuals at T times by the free rates, and by a joint's correction.
+
+    Args:
+        found: poses at T samples, or at T samples of each of the corrections `SIDES`.
+        residual: residuals (rows, samples) there.
+        count: T.
+    """
+    rows, free, samples = len(residual), len(machine.free), residual.shape[1]
+    sides = residual.reshape(rows, -1, count)
+    made = np.zeros((rows * count, free * count + (2 if samples > count else 0)))
+    for k, block in enumerate(jacobian(found, samples)[:count, :, machine.free] * machine.weights):
+        made[k * rows : (k + 1) * rows, k * free : (k + 1) * free] = block
+    for column, ahead in enumerate(range(1, sides.shape[1], 2), free * count):
+        made[:, column] = ((sides[:, ahead] - sides[:, ahead + 1]) / (2.0 * DIFFERENCE_STEP)).T.ravel()
+    return made
 
 
-def _with_change(tree: SpatialTree, joint: SpatialJoint, kind: str, change: Array) -> SpatialTree:
-    """The tree with a joint's axis rotated, or its anchor moved, by two numbers across its axis."""
-    across = np.linalg.svd(joint.axis[None])[2][1:]
+def _with_corrections(tree: SpatialTree, joint: SpatialJoint, kind: str, changes: Array, count: int) -> SpatialTree:
+    """The tree with a joint's axis rotated, or its anchor moved, by two numbers across its axis.
+
+    Args:
+        changes: (n, 2), each for a number of samples in turn.
+    """
+    moves = changes @ np.linalg.svd(joint.axis[None])[2][1:]
     if kind == "axis":
-        axis = joint.axis + change @ across
-        other = replace(joint, axis=axis / np.linalg.norm(axis))
-    else:
-        other = replace(joint, anchor=joint.anchor + change @ across)
-    body = tree.bodies[joint.body]
-    joints = tuple(other if one.name == joint.name else one for one in body.joints)
-    bodies = list(tree.bodies)
-    bodies[joint.body] = replace(body, joints=joints)
-    return replace(tree, bodies=tuple(bodies))
+        axes = joint.axis + moves
+        axes /= np.linalg.norm(axes, axis=1, keepdims=True)
+        return tree.with_joint(replace(joint, axis=np.repeat(axes.T, count, axis=1)))
+    return tree.with_joint(replace(joint, anchor=np.repeat((joint.anchor + moves).T, count, axis=1)))
