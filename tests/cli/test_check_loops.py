@@ -5,7 +5,10 @@ that cannot be used.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Event
 
 import pytest
 from command_line import conrod, refusal
@@ -118,6 +121,24 @@ def test_drive_that_no_loop_answers_is_inspected(tmp_path: Path, text: str, driv
     assert words in done.stdout, done.stderr
     assert "1 degree of freedom" in done.stdout or "3 degrees of freedom" in done.stdout
     assert done.returncode in (0, 1)
+
+
+def test_a_driven_actuator_is_said_to_run_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its loops are looked at first, and then its actuators: one task to its user."""
+    asked: list[str] = []
+
+    @contextmanager
+    def waiting(subject: object, timeout: float | None) -> Iterator[Event]:
+        asked.append(str(subject))
+        printed = Event()
+        printed.set()
+        yield printed
+
+    for verb in ("conrod.models.check.verb", "conrod.models.inspection.verb"):
+        monkeypatch.setattr(f"{verb}.waiting", waiting)
+    model = write_file(tmp_path, four_bar(more=SERVO), "bar.xml")
+    assert conrod("check", str(model), "--drive", "servo=sine:5deg,10Hz").returncode in (0, 1)
+    assert asked == [str(model)]
 
 
 @pytest.mark.slow

@@ -185,6 +185,26 @@ def test_parts_that_meet_or_are_not_drawn_are_no_finding(c: str, anchor: str, ap
     assert not list(parts_apart(mujoco.MjModel.from_xml_string(world)))
 
 
+# A four-bar of 216 mm with bars that are 8 mm thick: its coupler is held at the rocker's end, or beside it.
+SMALL = """<mujoco><default><geom type="capsule" size="0.004"/><joint axis="0 1 0"/></default><worldbody>
+  <body name="crank"><joint/><geom fromto="0 0 {gap} 0.04 0 0"/>
+    <body name="coupler" pos="0.04 0 0"><joint/><geom fromto="0 0 0 0.096 0 0.11"/></body></body>
+  <body name="rocker" pos="0.16 0 0"><joint/><geom fromto="0 0 0 -0.024 0 0.11"/></body></worldbody>
+  <equality><connect name="pin" body1="coupler" body2="rocker" anchor="{x} 0 0.11"/></equality></mujoco>"""
+
+
+@pytest.mark.parametrize(("off", "gap", "apart"), [
+    (0.0, 0.0, False), (0.003, 0.0, False), (0.01, 0.0, True), (-0.01, 0.0, True), (0.01, 0.006, False),
+])  # fmt: skip
+def test_an_anchor_beside_thin_bars_is_found(off: float, gap: float, apart: bool) -> None:
+    """Beyond the bar's own thickness, and twice what any joint of the file is off its links, which `gap` makes 6 mm."""
+    found = list(parts_apart(mujoco.MjModel.from_xml_string(SMALL.format(x=0.096 + off, gap=gap))))
+    assert bool(found) == apart
+    if apart:
+        assert found[0].distance == pytest.approx(0.01, rel=0.35)
+        assert found[0].distance < 0.05 * 0.216  # which was the least that was seen
+
+
 def test_steering_has_a_nothing_moves_note_until_driven(tmp_path: Path) -> None:
     text = (CASES / "steering.xml").read_text(encoding="utf-8")
     report = at(tmp_path, text, seconds=0.2)

@@ -28,6 +28,34 @@ from conrod.mjcf.loading import (
 )
 from conrod.mjcf.request import PointPlace
 
+NAMES = """<mujoco><worldbody><body name="link"><joint name="crank"/><geom name="bar" size="1"/>
+  <site name="tip"/></body></worldbody>{}</mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        ('<actuator><position name="servo" joint="crnk"/></actuator>',
+         "position servo: unknown joint 'crnk': did you mean 'crank'? choose from crank"),
+        ('<actuator><motor site="tpi"/></actuator>', "motor: unknown site 'tpi': did you mean 'tip'? choose from tip"),
+        ('<equality><connect name="pin" body1="lnk" anchor="0 0 0"/></equality>',
+         "connect pin: unknown body 'lnk': did you mean 'link'? choose from link"),
+        ('<sensor><jointpos joint="crnk"/></sensor>', "jointpos: unknown joint 'crnk': did you mean 'crank'?"),
+        ('<actuator><motor tendon="rope"/></actuator>', "motor: unknown tendon 'rope': there is none with a name"),
+        # Controls: what is wrong otherwise is said in MuJoCo's words.
+        ("<actuator>" + 2 * '<motor name="a" joint="crank"/>' + "</actuator>", "MuJoCo cannot load it"),
+        ("<actuator><motor/></actuator>", "MuJoCo cannot load it"),
+    ],
+)  # fmt: skip
+def test_unknown_name_in_a_file_is_named_with_the_nearest(section: str, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "model.xml"
+    file.write_text(NAMES.format(section))
+    with pytest.raises(InvalidInput) as refused:
+        load_model(file)
+    assert str(refused.value).startswith(f"{file}: {words}")
+    assert "\n" not in str(refused.value)
+
+
 TEXT = """
 <mujoco>
   <option gravity="0 -9.81 0"/>

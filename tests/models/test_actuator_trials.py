@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -13,6 +14,7 @@ from conrod.models.inspection.actuator_results import ActuatorResult
 from conrod.models.inspection.actuators import try_actuators
 from conrod.models.inspection.moving import count_model_mobility
 from conrod.models.inspection.moving_study import study_moving
+from conrod.models.inspection.results import Moving
 
 MASS, KP, STEP, WEIGHT = 2.0, 2000.0, 0.002, 2.0 * 9.81
 
@@ -83,6 +85,22 @@ def test_slow_servo_is_said_to_move_on() -> None:
     # Negative control: what its weight holds off its target has ended there.
     weak = try_one(on_slide('<position name="servo" joint="lift" kp="100" kv="28" ctrlrange="-0.4 0.4"/>'))
     assert any("ends" in alarm for alarm in weak.alarms)
+
+
+def test_servo_that_misses_its_command_does_not_pass() -> None:
+    slow = try_one(servo(f'kv="{6.0 * KP}"', 'integrator="implicitfast" gravity="0 0 0"'))
+    assert slow.misses_command
+    found = Moving(None, (slow,))
+    assert not found.passed
+    assert found.alarms[0].startswith("actuator servo is slow: after 4 s it is still ")
+    # Negative controls: one that arrives, and one that a limit or contact holds off, which is not the servo's fault.
+    assert Moving(None, (try_one(servo('dampratio="1"')),)).passed
+    blocked = tuple(replace(one, obstacles=("the range of joint lift",)) for one in slow.responses)
+    assert Moving(None, (replace(slow, responses=blocked),)).passed
+
+
+def test_largest_stable_step_says_what_it_is(healthy: ActuatorResult) -> None:
+    assert "ms (half of it has the same response within 5.0 %)" in healthy.words()
 
 
 BOUNCING = """<mujoco><option timestep="0.002"/><worldbody>

@@ -17,11 +17,12 @@ from handmade_studies import loop_study
 
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
-from conrod.mjcf.loop_results import LABELS, LoopRun
+from conrod.mjcf.crank_speed import CrankSpeed
+from conrod.mjcf.loop_results import LABELS, JointSpeed, LawComparison, LoopRun
 from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.report import INSPECTION_REPORT, finding, next_step, sections, settings_to_paste
 from conrod.models.inspection.results import Inspection, InspectionRequest
-from conrod.models.inspection.study import inspect, largest_step
+from conrod.models.inspection.study import inspect, judge_motion, largest_step
 from conrod.models.lint.findings import Finding, Severity
 from conrod.report.findings import Findings
 
@@ -111,6 +112,31 @@ def test_an_unknown_plugin_is_left_out_with_its_parts(tmp_path: Path) -> None:
     assert found.closing.passed
 
 
+def test_a_binary_model_is_said_not_to_be_linted(tmp_path: Path) -> None:
+    model = mujoco.MjModel.from_xml_string(CLOSED)
+    mujoco.mj_saveModel(model, str(tmp_path / "model.mjb"), None)
+    found = inspect(tmp_path / "model.mjb", InspectionRequest(), "model")
+    note = "lint does not take it: a binary model cannot be taken apart; give the MJCF that it was made from"
+    assert said(found, "what else").splitlines() == [note]
+    assert found.passed
+    assert note not in said(inspected(CLOSED, tmp_path), "what else")
+
+
+@pytest.mark.parametrize("given", [{}, {"crank": "60rpm"}])
+def test_own_run_is_judged_by_a_law_that_was_given_alone(
+    given: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that runs at 500 rpm from its keyframe does not follow the 60 rpm that an inspection chose."""
+    strayed = LawComparison((JointSpeed("crank", CrankSpeed(52.4, 52.4, 52.4), 6.28),))
+    study = loop_study()
+    judged_study = replace(study, shipped=replace(study.shipped, laws=strayed))
+    assert judged_study.shipped_failed
+    monkeypatch.setattr(f"{inspect.__module__}.study_loops", lambda *_: judged_study)
+    asked = InspectionRequest(drives=given)
+    found = judge_motion(Path("saw.xml"), asked, {"crank": "60rpm"}, "saw", None)
+    assert found.shipped_failed is bool(given)
+
+
 def test_a_file_that_is_no_model_is_refused_as_before(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="MuJoCo cannot load it: XML Error"):
         inspected("<mujoco><worldbody><bodi/></worldbody></mujoco>", tmp_path)
@@ -165,6 +191,14 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
     off = replace(motion.own, errors={**motion.own.errors, "position": 3e-4})
     titles = [title for title, _ in settings_to_paste(replace(closed, motion=replace(motion, runs=(off,))))]
     assert titles[0] == "the cheapest settings within tolerance, to paste before </mujoco>"
+    # The limit of lint's error is another one, and both say of what theirs is.
+    play = "a ten-thousandth of its size"
+    assert play not in settings
+    opens = Finding(rule="soft-closure", what="pin2 opens by 0.1 mm", severity=Severity.ERROR,
+                    evidence={}, why="", fix="harden")  # fmt: skip
+    with_soft = replace(closed, findings=(opens,))
+    assert f"6 asks more of closures, a bearing's play, which is {play}" in said(with_soft, "what to set")
+    assert f"pin2 opens by 0.1 mm, more than a bearing's play, {play}: harden" in said(with_soft, "what else")
     # Lines that lint's error is mended by too are the next thing to do, where MJCF can say all of them.
     soft = Finding(rule="soft-closure", what="pin2 opens", severity=Severity.ERROR, evidence={}, why="", fix="harden")
     given = replace(closed, findings=(soft,))

@@ -121,6 +121,10 @@ def test_keyframe_stays_where_its_control_holds_it() -> None:
     assert forgotten.moved == pytest.approx(0.2 + sag, rel=1e-3)
     assert forgotten.pulled == ("servo",)
     assert "servo is told to go elsewhere" in forgotten.words
+    # Where it is in the end, not how far it swings on its way.
+    away = f"{1e3 * forgotten.moved:.0f}"
+    assert f"with all controls 0 it is {away} mm (lift by {away} mm) away after 1 s" in forgotten.words
+    assert "after 1 s)" in held.words
 
 
 # -- energy ------------------------------------------------------------------------------------------------------------

@@ -164,18 +164,24 @@ def say(text: str, *, err: bool = False, nl: bool = True) -> None:
 
 
 @contextmanager
-def waiting(subject: object, timeout: float | None) -> Iterator[None]:
-    """Print, after `WAITING_NOTICE_DELAY`, that the work on a file or a scene is still running.
+def waiting(subject: object, timeout: float | None) -> Iterator[threading.Event]:
+    """Print, after `WAITING_NOTICE_DELAY`, that the work on a file or a scene is still running; set an event then.
 
     Args:
         timeout: after which it is ended [s]; None for work in this process, which has no timeout.
     """
     ends = "" if timeout is None else f"stops itself after {timeout:g} s; "
     words = one_line(f"{subject}: running ({ends}Ctrl-C stops now)")
-    said = threading.Timer(WAITING_NOTICE_DELAY, say, (words,), {"err": True})
-    said.daemon = True
-    said.start()
+    printed = threading.Event()
+
+    def notice() -> None:
+        printed.set()
+        say(words, err=True)
+
+    timer = threading.Timer(WAITING_NOTICE_DELAY, notice)
+    timer.daemon = True
+    timer.start()
     try:
-        yield
+        yield printed
     finally:
-        said.cancel()
+        timer.cancel()

@@ -10,11 +10,15 @@ import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.mjcf.equalities import closure_name, equality_kind, is_handle, ties_bodies
-from conrod.mjcf.loading import name_or_number
+from conrod.mjcf.loading import joint_kind, name_or_number
 
 BODY = int(mujoco.mjtObj.mjOBJ_BODY)
 # A point further than this share of the model's extent from all geoms of its part is not on the part.
 DETACHED_SHARE = 0.05
+# A nearer one is not on it either where it is beyond the thickness of the nearest geom, and so many times further off
+# than any joint of the file is from the links that it joins: how closely these geoms show the links.
+MAX_TIMES_JOINTS = 2.0
+LEAST_SHARE = 1e-3  # of the extent: what is nearer is on the part
 CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
 
 
@@ -60,7 +64,7 @@ def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
     """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    least = DETACHED_SHARE * float(model.stat.extent)
+    detached, closely = DETACHED_SHARE * float(model.stat.extent), MAX_TIMES_JOINTS * _joint_distance(model, data)
     for k in np.flatnonzero(model.eq_active0).tolist():
         if not ties_bodies(model, k) or int(model.eq_objtype[k]) != BODY or is_handle(model, k):
             continue
@@ -68,23 +72,41 @@ def parts_apart(model: mujoco.MjModel) -> Iterator[PartsApart]:
         names = [name_or_number(model, "body", body) for body in ends]
         parts, kind = [_part_geoms(model, body) for body in ends], equality_kind(model, k)
         shown = [
-            bool(part) and _reaches_joints(model, data, body, least) for body, part in zip(ends, parts, strict=True)
+            bool(part) and _reaches_joints(model, data, body, detached) for body, part in zip(ends, parts, strict=True)
         ]
         if kind == "weld":
             pairs = [(a, b) for a in parts[0] for b in parts[1]] if all(shown) else []
             gaps = [mujoco.mj_geomDistance(model, data, a, b, 1e3 * model.stat.extent, None) for a, b in pairs]
-            if gaps and min(gaps) > least:
+            if gaps and min(gaps) > detached:
                 yield PartsApart(closure_name(model, k), kind, names[1], names[0], float(min(gaps)))
             continue
         anchors = [model.eq_data[k, :3], model.eq_data[k, 3:6]]
         places = [data.xpos[b] + data.xmat[b].reshape(3, 3) @ a for b, a in zip(ends, anchors, strict=True)]
-        away = [min((_point_distance(model, data, geom, place) for geom in part), default=0.0) * seen
+        away = [_part_distance(model, data, part, place) if seen else (0.0, 0.0)
                 for part, place, seen in zip(parts, places, shown, strict=True)]  # fmt: skip
-        if max(away) > least:
-            worst = int(np.argmax(away))
+        limits = [min(detached, max(thickness, closely, LEAST_SHARE * model.stat.extent)) for _, thickness in away]
+        worst = int(np.argmax([distance - limit for (distance, _), limit in zip(away, limits, strict=True)]))
+        if away[worst][0] > limits[worst]:
             sites = tuple(name for b, p in zip(ends, places, strict=True) if (name := _nearest_site(model, data, b, p)))
-            yield PartsApart(closure_name(model, k), kind, names[worst], names[1 - worst], away[worst],
+            yield PartsApart(closure_name(model, k), kind, names[worst], names[1 - worst], away[worst][0],
                              sites if len(sites) == 2 else ())  # fmt: skip
+
+
+def _joint_distance(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Largest distance of a hinge or ball from the geoms of a link that it joins, of links that have geoms."""
+    found = [0.0]
+    for j in range(model.njnt):
+        body = int(model.jnt_bodyid[j])
+        for link in (body, int(model.body_parentid[body])) if joint_kind(model, j) in ("hinge", "ball") else ():
+            if part := _part_geoms(model, link):
+                found.append(_part_distance(model, data, part, data.xanchor[j])[0])
+    return max(found)
+
+
+def _part_distance(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int], place: Array) -> tuple[float, float]:
+    """Distance of a point (3,) from the nearest of some geoms, and half of that geom's thickness."""
+    nearest = min(geoms, key=lambda geom: _point_distance(model, data, geom, place))
+    return _point_distance(model, data, nearest, place), float(model.geom_aabb[nearest, 3:].min())
 
 
 def _part_geoms(model: mujoco.MjModel, body: int) -> list[int]:

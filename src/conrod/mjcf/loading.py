@@ -15,6 +15,7 @@ from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
 from conrod.mjcf.request import Controls, PointPlace
+from conrod.mjcf.unknown_names import unknown_name_words
 from conrod.user_files.files import check_readable
 
 COUNT_FIELDS = {"joint": "njnt", "equality": "neq", "actuator": "nu"}
@@ -145,7 +146,8 @@ def load_model(path: Path) -> mujoco.MjModel:
                 return mujoco.MjModel.from_binary_path(str(path))
             return mujoco.MjModel.from_xml_path(str(path))
         except ValueError as error:
-            raise InvalidInput(f"{path}: MuJoCo cannot load it: {' '.join(str(error).split())}") from None
+            said = unknown_name_words(path, str(error)) or f"MuJoCo cannot load it: {' '.join(str(error).split())}"
+            raise InvalidInput(f"{path}: {said}") from None
 
 
 def element_id(model: mujoco.MjModel, kind: str, name: str) -> int:

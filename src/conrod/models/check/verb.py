@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import click
@@ -311,11 +312,11 @@ def can_inspect() -> bool:
     return any(one.folder == "models.inspection" for one in SLICES)
 
 
-def _inspect(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, str] | None = None) -> None:
-    """Inspect model files; `drives` are laws of actuators, or of joints outside loops."""
+def _inspect(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, str] | None = None, *said: str) -> None:
+    """Inspect model files; `drives` are laws of actuators, or of joints outside loops, `said` files said to run."""
     from conrod.models.inspection.verb import inspect_models
 
-    inspect_models(names, asked, _unit_of_model(asked), drives)
+    inspect_models(names, asked, _unit_of_model(asked), drives, said)
 
 
 # -- closed loops ------------------------------------------------------------------------------------------------------
@@ -350,11 +351,12 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
     drives = named_values(asked.drives, "--drive", f"a joint and its law, JOINT=LAW; LAW: {FORMS}")
     files = check_outputs(LOOPS_REPORT, parts, asked, inputs)
     dossier = _dossier(command, names, asked, {})
+    notices = dict[str, Event]()
     with ExitStack() as under_way:
 
         def begin(name: str) -> None:
             under_way.close()
-            under_way.enter_context(waiting(name, FILE_TIMEOUT))
+            notices[name] = under_way.enter_context(waiting(name, FILE_TIMEOUT))
 
         try:
             found = check_loops(
@@ -376,7 +378,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
             if not can_inspect() or SPATIAL in names or any(name in MACHINES for name in subjects):
                 raise
             under_way.close()
-            _inspect(names, asked, drives)
+            _inspect(names, asked, drives, *(name for name, printed in notices.items() if printed.is_set()))
             return
     files.print_and_write(found, command, parts)
     if dossier:

@@ -10,7 +10,9 @@ from conrod.report.numbers import measured_text, quantity
 
 REACHED_SHARE = 0.05  # of a commanded move that may be missing where it is reached
 MAX_OVERSHOOT = 0.25  # of a move; a damping ratio of 0.4 overshoots by that much
+SAME_RESPONSE = 0.05  # of a response's range, that half the step may change of what is called the same
 MAX_STEP_CHANGE = 0.2  # of a response's range, that half the step may change
+MISSED_SHARE = 0.2  # of a commanded move; what misses by more has not done what it was told
 AT_LIMIT_SHARE = 0.999  # of a force limit from which on a force is at the limit
 NO_SAG_SHARE = 1e-3  # of a move, below which a sag is not worth a word
 
@@ -134,7 +136,12 @@ class StepBounds:
             return f"{what} at its step of {own}: {least} ({self.integrator}){other}"
         assert self.largest is not None
         at_least = "at least " if self.largest >= self.tried[1] * (1.0 - 1e-9) else ""
-        return f"largest stable step {at_least}{_step_text(self.largest)}{other}"
+        return f"{largest_step_words(f'{at_least}{_step_text(self.largest)}')}{other}"
+
+
+def largest_step_words(size: str) -> str:
+    """Say how large the largest stable step is, and by what it is one."""
+    return f"largest stable step {size} (half of it has the same response within {percent_text(SAME_RESPONSE)})"
 
 
 def _step_text(seconds: float) -> str:
@@ -204,6 +211,12 @@ class ActuatorResult:
             return False
         held = (abs(one.last) >= AT_LIMIT_SHARE * limit and not one.is_reached for one in self.responses)
         return abs(self.load) > limit or any(held)
+
+    @property
+    def misses_command(self) -> bool:
+        """True if a servo ends further off than `MISSED_SHARE` of a move, with nothing in its way."""
+        missed = (one.missing_share > MISSED_SHARE and not one.obstacles for one in self.responses)
+        return self.kind in (*SERVOS, *SPEEDS) and any(missed)
 
     @property
     def alarms(self) -> tuple[str, ...]:

@@ -123,10 +123,10 @@ class KeyframeHold:
             return f"keyframe {self.name} with {control}: {self.broke}"
         within = f"within {measured_text(1e3 * self.moved)} mm"
         if self.stays:
-            return f"keyframe {self.name} stays with {control} ({within} in {quantity(self.seconds, 2)} s)"
-        turned = f", {self.joint} by {shown_value(abs(self.turned), self.unit)}" if self.joint else ""
+            return f"keyframe {self.name} stays with {control} ({within} after {quantity(self.seconds, 2)} s)"
+        turned = f" ({self.joint} by {shown_value(abs(self.turned), self.unit)})" if self.joint else ""
         why = f": {', '.join(self.pulled[:3])} {'is' if len(self.pulled) == 1 else 'are'} told to go elsewhere"
-        off = f"moves by {measured_text(1e3 * self.moved)} mm{turned} in {quantity(self.seconds, 2)} s"
+        off = f"is {measured_text(1e3 * self.moved)} mm{turned} away after {quantity(self.seconds, 2)} s"
         return f"keyframe {self.name} does not stay: with {control} it {off}{why if self.pulled else ''}"
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from conrod.models.inspection.actuator_results import ActuatorResult, percent_text
+from conrod.models.inspection.actuator_results import ActuatorResult, largest_step_words, percent_text
 from conrod.models.inspection.moving_results import KeyframeHold, enumerate_names
 from conrod.report.numbers import measured_text, quantity
 
@@ -57,7 +57,7 @@ def _common(tried: list[ActuatorResult]) -> Iterator[str]:
             yield f"{len(partly)} hold their load in a part of their range only, {partly[0]} the first"
     steps = [one.steps.largest for one in tried if one.steps is not None and one.steps.largest is not None]
     if steps:
-        yield f"largest stable step {quantity(1e3 * min(steps), 3)} ms"
+        yield largest_step_words(f"{quantity(1e3 * min(steps), 3)} ms")
 
 
 def keyframe_lines(held: Sequence[KeyframeHold]) -> Iterator[str]:

@@ -22,6 +22,7 @@ from conrod.report.terminal import PrintedPart, verdict_line
 
 MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
+SOFT_CLOSURE = "soft-closure"  # a rule of lint, which allows 1e-4 of the size (`MAX_BEARING_PLAY`)
 START_MOVED = "the motion starts from"
 HOLD = "hold"  # law of a joint that stays where it stands
 MAX_ALARMS = 2  # of actuators in the first sentences
@@ -157,7 +158,9 @@ def _setting_lines(study: Inspection) -> Iterator[str]:
         return
     if motion.own.is_within(motion.search.allowed):
         within = f"{in_mm(motion.search.allowed['position'])}, a thousandth of its range of motion"
-        yield f"nothing: its own settings are within {within}"
+        soft = any(one.rule == SOFT_CLOSURE for one in study.findings)
+        less = "; 6 asks more of closures, a bearing's play, which is a ten-thousandth of its size" if soft else ""
+        yield f"nothing: its own settings are within {within}{less}"
     yield settings_words(motion)
 
 
@@ -174,7 +177,8 @@ def _lint_lines(study: Inspection) -> Iterator[str]:
         yield "nothing"
     for one in told:
         fix = "lint sees no closure under load" if one.rule == "nothing-moves" and study.motion else one.fix
-        yield f"{one.severity.value} {one.rule}: {one.what}: {fix}"
+        play = ", more than a bearing's play, a ten-thousandth of its size" if one.rule == SOFT_CLOSURE else ""
+        yield f"{one.severity.value} {one.rule}: {one.what}{play}: {fix}"
     yield from study.lint_notes
 
 
@@ -189,7 +193,7 @@ def next_step(study: Inspection) -> str:
     again = _command(study)
     if said := _mending_step(study, again):
         return said
-    if any(one.rule == "soft-closure" for one in study.errors):
+    if any(one.rule == SOFT_CLOSURE for one in study.errors):
         if _can_be_pasted(study):
             return f"paste the lines above before </mujoco>, then {again}"
         if study.question.unit == 1.0:  # `harden` takes a file's numbers for metres

@@ -152,10 +152,13 @@ class Moving:
 
     @property
     def passed(self) -> bool:
-        """True if something can move, no run broke off, and no servo is too weak for its load."""
+        """True if something can move, no run broke off, and no servo is too weak or misses what it is told."""
         broke = [one.broke for one in self.actuators]
         broke += [*(one.broke for one in self.keyframes), *(one.broke for one in self.followed)]
-        weak = [*(one.is_too_weak for one in self.actuators), *(one.is_too_weak for one in self.followed)]
+        weak = [
+            *(one.is_too_weak or one.misses_command for one in self.actuators),
+            *(one.is_too_weak for one in self.followed),
+        ]
         return not (self.mobility is not None and self.mobility.is_stuck) and not any(broke) and not any(weak)
 
     @property

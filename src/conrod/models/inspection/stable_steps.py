@@ -11,10 +11,9 @@ import numpy as np
 
 from conrod.engines.mujoco.compiled_edits import set_step
 from conrod.exact.motion import Array
-from conrod.models.inspection.actuator_results import StepBounds
+from conrod.models.inspection.actuator_results import SAME_RESPONSE, StepBounds
 from conrod.models.inspection.actuator_runs import TrialBench, run_trial
 
-MAX_CHANGE = 0.05  # of a response's range, by which it may differ from that of half the step
 DOUBLINGS, HALVINGS = 4, 6
 MAX_SEARCH_STEPS = 40_000  # of one run
 COMPARED_INSTANTS = 200
@@ -94,7 +93,7 @@ class _Search:
     def is_unchanged(self, step: float) -> bool:
         """True if the response stays the same when a step [s] is halved."""
         change = self.change(step)
-        return change is not None and change <= MAX_CHANGE
+        return change is not None and change <= SAME_RESPONSE
 
     def largest_step(self) -> tuple[float | None, tuple[float, float]]:
         """Largest step [s] at which halving leaves the response the same; smallest and largest tried."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -14,13 +14,16 @@ from conrod.errors import InvalidInput
 TAKEN = ("--keyframe", "--ctrl", "--unit", "--engine", "--out", "--html", "--json")
 
 
-def inspect_models(names: tuple[str, ...], asked: Any, unit: str | None, drives: Mapping[str, str] | None) -> None:
+def inspect_models(
+    names: tuple[str, ...], asked: Any, unit: str | None, drives: Mapping[str, str] | None, said: Collection[str] = (),
+) -> None:  # fmt: skip
     """Say what model files are: whether they load, close and move.
 
     Args:
         asked: options of `conrod check`.
         unit: unit of the models' lengths; None for metres.
         drives: laws of actuators, or of joints outside loops.
+        said: names of files of which it was said that they are running.
     """
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.local import FILE_TIMEOUT
@@ -45,7 +48,8 @@ def inspect_models(names: tuple[str, ...], asked: Any, unit: str | None, drives:
 
         def begin(name: str) -> None:
             under_way.close()
-            under_way.enter_context(waiting(name, FILE_TIMEOUT))
+            if name not in said:
+                under_way.enter_context(waiting(name, FILE_TIMEOUT))
 
         found = inspect_model(
             names, keyframe=asked.keyframe, drives=drives, controls=controls, unit=unit, progress=begin
