@@ -178,16 +178,14 @@ class ForwardDynamics:
 
     def state_derivative(self, time: float, state: Array) -> Array:
         """Time derivative of the state (arc length, its rate, work of loads without a potential)."""
-        rate = float(state[1])
-        at = self.reduced.evaluate(float(state[0]))
-        force = self._force(at, rate, time)
-        return np.array(
-            [
-                rate,
-                (at.conservative_force + force - 0.5 * at.inertia_derivative * rate * rate) / at.inertia,
-                force * rate,
-            ]
-        )
+        along, rate = state[0].item(), state[1].item()
+        acceleration, force = self._acceleration(self.reduced.evaluate(along), rate, time)
+        return np.array([rate, acceleration, force * rate])
+
+    def _acceleration(self, at: ReducedState, rate: float, time: float) -> tuple[float, float]:
+        """Second derivative of the arc length, and the force along it of the loads without a potential."""
+        force = self._force(at, rate, time) if self._driven else 0.0
+        return (at.conservative_force + force - 0.5 * at.inertia_derivative * rate * rate) / at.inertia, force
 
     def _force(self, at: ReducedState, rate: float, time: float) -> float:
         """Force along the arc length of the loads without a potential."""
@@ -247,7 +245,7 @@ class ForwardDynamics:
         for k, (s, v, t) in enumerate(zip(along, rate, times, strict=True)):
             at = self.reduced.evaluate(float(s))
             kinetic[k], potential[k] = 0.5 * at.inertia * v * v, at.potential
-            acceleration = self.state_derivative(float(t), np.array([s, v, 0.0]))[1]
+            acceleration, _ = self._acceleration(at, float(v), float(t))
             poses[k], tangent, curvature = self.reduced.poses_with_derivatives(float(s))
             rates[k], accelerations[k] = tangent * v, tangent * acceleration + curvature * v * v
         scale = float(max(kinetic.max(), np.ptp(potential))) or 1.0

@@ -85,7 +85,7 @@ class EventIntegrator:
         while solver.status == "running":
             before = solver.y.copy()
             self._step(solver)
-            dense = solver.dense_output()
+            dense = _DenseOutput(solver)
             met = self._first_kink(solver.t_old, solver.t, dense, sides)
             if met is not None:
                 last = self._solver(solver.t_old, before, met)
@@ -132,6 +132,19 @@ class EventIntegrator:
             self._sampled[k] = after if times[k] == stop else dense(times[k])
         for value in self._passing(*sorted((float(before[0]), float(after[0])))):
             self.crossing_times.append(brentq(lambda t, value=value: dense(t)[0] - value, start, stop))
+
+
+class _DenseOutput:
+    """States within the last step of a solver; its polynomial takes three stages more, made when it is first needed."""
+
+    def __init__(self, solver: DOP853) -> None:
+        self._solver = solver
+        self._polynomial: Callable[[float], Array] | None = None
+
+    def __call__(self, time: float) -> Array:
+        if self._polynomial is None:
+            self._polynomial = self._solver.dense_output()
+        return np.asarray(self._polynomial(time))
 
 
 def kink_events(reduced: ReducedDynamics, loads: Sequence[Load]) -> list[Event]:

@@ -7,9 +7,10 @@ Planar Machinery).
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
-from dataclasses import dataclass
 from itertools import chain
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -23,12 +24,11 @@ from conrod.exact.motion import Array
 from conrod.mechanism.loads import CONSERVATIVE, Coordinate, Turn
 from conrod.mechanism.mechanism import GROUND, Mechanism
 
-ORDERS = np.arange(DEGREE + 1)
+ORDERS = np.arange(DEGREE + 1, dtype=float)
 MIN_INERTIA_RATIO = 1e-6  # least over largest inertia on a piece: below it the series loses too many digits
 
 
-@dataclass(frozen=True)
-class ReducedState:
+class ReducedState(NamedTuple):
     """Reduced inertia, potential and loads at one arc length, for L loads without a potential."""
 
     inertia: float  # I [kg m^2]
@@ -49,7 +49,11 @@ class ReducedDynamics:
     def __init__(self, mechanism: Mechanism, configurations: ConfigurationSeries | None = None) -> None:
         self.mechanism = mechanism
         self.configurations = ConfigurationSeries(mechanism) if configurations is None else configurations
-        self._known: dict[int, tuple[CurvePiece, Array]] = {}  # by identity of pieces, which are kept for it
+        # By identity of pieces, which are kept for it: the reduced mechanism, and the curve with its derivatives.
+        self._known: dict[int, tuple[CurvePiece, Array]] = {}
+        self._curves: dict[int, tuple[CurvePiece, tuple[Array, Array, Array]]] = {}
+        # The pieces ahead, and the one of them that was asked for last.
+        self._last: tuple[list[CurvePiece], CurvePiece | None] = [], None
         # Loads whose coordinates come from the series; springs on rotations among them, and loads without a potential.
         loads = [x for x in mechanism.loads if not x.conservative or isinstance(x.along, Turn)]
         self._along = [load.along for load in loads]
@@ -62,8 +66,10 @@ class ReducedDynamics:
         if id(piece) not in self._known:
             self._known[id(piece)] = piece, self._series(piece)
         columns = basis @ self._known[id(piece)][1]
+        inertia, inertia_derivative, potential, conservative_force = columns[:4].tolist()
+        if not self._along:
+            return ReducedState(inertia, inertia_derivative, potential, conservative_force, columns[4:], columns[4:])
         values, rates = columns[4:].reshape(2, -1)
-        inertia, inertia_derivative, potential, conservative_force = (float(some) for some in columns[:4])
         if turns:
             values = values + turns * np.array([self._gain_per_loop(coordinate) for coordinate in self._along])
         for k, law in self._turn_springs:
@@ -85,7 +91,10 @@ class ReducedDynamics:
     def poses_with_derivatives(self, arc_length: float) -> tuple[Array, Array, Array]:
         """Poses and their first and second derivatives by the arc length, each (3 n,)."""
         piece, basis, turns = self._locate(arc_length)
-        point, tangent, curvature = (basis @ piece.series(v) for v in (piece.points, piece.tangents, piece.curvatures))
+        if id(piece) not in self._curves:
+            points, tangents, curvatures = map(piece.series, (piece.points, piece.tangents, piece.curvatures))
+            self._curves[id(piece)] = piece, (points, tangents, curvatures)
+        point, tangent, curvature = (basis @ series for series in self._curves[id(piece)][1])
         loop, scale = self.configurations.loop, self.configurations.curve.scale
         return (point if loop is None else point + turns * loop.gain) * scale, tangent * scale, curvature * scale
 
@@ -104,15 +113,23 @@ class ReducedDynamics:
         known, turns = self.configurations, 0.0
         known.extend_to(arc_length)
         if known.loop is not None:
-            turns = float(np.floor(arc_length / known.loop.length))
+            turns = float(math.floor(arc_length / known.loop.length))
             arc_length = max(0.0, arc_length - turns * known.loop.length)  # rounding may leave it just before the start
+        pieces, piece = self._last
+        if pieces is not known.ahead or piece is None or not piece.start <= arc_length < piece.stop:
+            piece = self._piece_at(arc_length)
+            self._last = known.ahead, piece if arc_length >= 0.0 else None
+        local = 2.0 * (arc_length - piece.start) / (piece.stop - piece.start) - 1.0
+        return piece, np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))), turns
+
+    def _piece_at(self, arc_length: float) -> CurvePiece:
+        """Return the known piece at an arc length within the first loop."""
+        known = self.configurations
         if arc_length >= 0.0:
             pieces, k = known.ahead, bisect_right(known.ahead, arc_length, key=lambda piece: piece.start) - 1
         else:
             pieces, k = known.behind, bisect_right(known.behind, -arc_length, key=lambda piece: -piece.stop) - 1
-        piece = pieces[max(0, min(k, len(pieces) - 1))]
-        local = 2.0 * (arc_length - piece.start) / (piece.stop - piece.start) - 1.0
-        return piece, np.cos(ORDERS * np.arccos(min(1.0, max(-1.0, local)))), turns
+        return pieces[max(0, min(k, len(pieces) - 1))]
 
     def _series(self, piece: CurvePiece) -> Array:
         """Chebyshev series (DEGREE + 1, columns) of the columns of `_reduce_piece`."""
