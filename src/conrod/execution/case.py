@@ -9,7 +9,7 @@ import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 from conrod.comparison.plain_values import restore
 from conrod.comparison.trajectory import Outcome
@@ -101,6 +101,19 @@ class Case(ABC):
     def effort(self) -> float:
         """Estimated duration relative to other cases; the longest cases start first."""
         return 0.0
+
+    # What cases of a scene would each compute alike: a function that can be pickled, and its arguments. It is called
+    # once, in one of the processes, and its result is given to all of them. None if there is nothing.
+    shared_call: ClassVar[Callable[..., Any] | None] = None
+
+    @property
+    def shared_arguments(self) -> tuple[Any, ...]:
+        """Arguments of `shared_call`, which tell whether two cases share its result."""
+        return ()
+
+    def with_shared(self, result: Any) -> Self:
+        """Return the case with the result of `shared_call`."""
+        return self
 
     @abstractmethod
     def perform(self) -> CaseResult:

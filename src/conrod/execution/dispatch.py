@@ -112,6 +112,17 @@ def _run_and_keep(
     waiting: Mapping[str, Case], ledger: Ledger, executor: RetryingExecutor, fresh: bool, watcher: Watcher
 ) -> None:
     """Run the cases that no other process runs meanwhile, longest first, and keep each result."""
+    shared = dict[tuple[Any, ...], Any]()
+
+    def share(case: Case) -> Case:
+        if (call := case.shared_call) is None:
+            return case
+        asked = call, *case.shared_arguments
+        if asked not in shared:
+            # Where it fails each case makes the call itself, and fails as any other.
+            with suppress(WorkerDied, TimeoutError, MemoryError):
+                shared[asked] = executor.submit(*asked).result()
+        return case.with_shared(shared[asked]) if asked in shared else case
 
     def keep_result(case: Case, future: Future[CaseResult | FailedCall]) -> str:
         try:
@@ -130,7 +141,7 @@ def _run_and_keep(
         watcher,
         claim_name=lambda case: case.key,
         is_unfinished=lambda case: fresh or bool(_unfinished_cases({case.key: case}, ledger, executor.limits)),
-        submit=lambda case: executor.submit(call_with_cached_scene, perform, case),
+        submit=lambda case: executor.submit(call_with_cached_scene, perform, share(case)),
         keep_result=keep_result,
         # Read before every submission: a cluster grows and shrinks.
         max_in_flight=lambda: executor.in_flight,

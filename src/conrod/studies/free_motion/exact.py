@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
@@ -28,6 +29,7 @@ from conrod.studies.free_motion.plan import (
     fastest_turn_period,
     initial_grid,
     refine_grid,
+    refinement_steps,
 )
 
 PROBE_SECONDS = 1.0  # [s], of the motion from whose fastest turn the duration is derived
@@ -49,6 +51,7 @@ class ExactCourse:
         motion: the exact motion.
         lengths: travel L of each observed point [m].
         pace: fastest time scale of the motion.
+        refinement: divisors of the grid's step size along the refinement path.
         unresolved: reason why no preset is judged unless a tolerance is given; empty if presets are judged.
     """
 
@@ -57,6 +60,7 @@ class ExactCourse:
     motion: FreeMotion
     lengths: Mapping[str, float]
     pace: Pace
+    refinement: tuple[Fraction, ...]
     unresolved: str = ""
 
 
@@ -71,10 +75,10 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
         InvalidInput: the start contradicts the joints or is a rest that no load ends, a force is not finite, moving
             bodies have no inertia, the follower would leave the cam, or there would be too many steps.
     """
-    mechanism = plan.keep_acting_loads(scene.kinematics.mechanism, name)
     grid = initial_grid(plan, run_duration(name, scene, plan))
     grid = replace(grid, step=grid.step * plan.step_factor)
-    dynamics = ForwardDynamics(mechanism)
+    dynamics = _forward_dynamics(name, scene, plan.motion)
+    mechanism = dynamics.mechanism
     motion = dynamics.motion(grid.times, rates=scene.start_rates)
     check_contact(name, mechanism, motion)
     pace = _motion_pace(mechanism, motion)
@@ -82,7 +86,14 @@ def exact_course(name: str, scene: Scene, plan: MotionPlan) -> ExactCourse:
         raise InvalidInput(f"{name}: it stays at rest: there is no motion to compare; start it in motion")
     grid = refine_grid(plan, grid, mechanism, pace)
     unresolved = _unresolved_reason(mechanism, motion, dynamics.reduced, grid.step)
-    return ExactCourse(mechanism, grid, motion, scene.lengths, pace, unresolved)
+    refinement = refinement_steps(plan, mechanism, pace)
+    return ExactCourse(mechanism, grid, motion, scene.lengths, pace, refinement, unresolved)
+
+
+@lru_cache(CACHED_COURSES)
+def _forward_dynamics(name: str, scene: Scene, motion: str) -> ForwardDynamics:
+    """Return the dynamics of a scene with the loads that act, and with the configurations that are known so far."""
+    return ForwardDynamics(MotionPlan(motion).keep_acting_loads(scene.kinematics.mechanism, name))
 
 
 @lru_cache(CACHED_COURSES)
@@ -90,10 +101,10 @@ def run_duration(name: str, scene: Scene, plan: MotionPlan) -> float:
     """Return the plan's duration [s]; by rule 10 s, or 50 fastest turns if that is less."""
     if plan.seconds is not None:
         return plan.seconds
-    mechanism = plan.keep_acting_loads(scene.kinematics.mechanism, name)
+    dynamics = _forward_dynamics(name, scene, plan.motion)
     times = initial_grid(replace(plan, step=None), PROBE_SECONDS).times
-    motion = ForwardDynamics(mechanism).motion(times, rates=scene.start_rates)
-    return min(MAX_SECONDS, MAX_TURNS * _motion_pace(mechanism, motion).revolution)
+    motion = dynamics.motion(times, rates=scene.start_rates)
+    return min(MAX_SECONDS, MAX_TURNS * _motion_pace(dynamics.mechanism, motion).revolution)
 
 
 def _motion_pace(mechanism: Mechanism, motion: FreeMotion) -> Pace:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -28,7 +29,10 @@ MAX_STEP = 0.005  # [s]
 STEPS_PER_TURN, CONTACT_STEPS_PER_TURN, CROSSING_STEPS_PER_TURN = 800, 1000, 100
 MIN_INSTANTS, MAX_INSTANTS = 1000, 2000  # recorded in a run: enough for the fastest motion of a link
 MAX_STEPS = 200_000  # of a run
-STEP_DIVISORS = (1, 2, 4)  # of the step size along the refinement path
+# Step sizes along the refinement path, as divisors of the run's. A step by rule is so short that longer ones show the
+# order where shorter ones show rounding, at a quarter of the cost. Longer ones do not hold through contact or where
+# branches cross, and a step of the user's may be any.
+COARSER_STEPS, FINER_STEPS = (Fraction(1, 4), Fraction(1, 2), Fraction(1)), (Fraction(1), Fraction(2), Fraction(4))
 POSITION_TOLERANCE = 1e-6  # of L, for judged presets
 
 
@@ -101,6 +105,14 @@ class TimeGrid:
         """Return the same instants with the step size divided by an integer."""
         return TimeGrid(self.step / divisor, self.stride * divisor, self.count)
 
+    def with_step_divided(self, divisor: Fraction) -> tuple[TimeGrid, int]:
+        """Return a grid with the step size divided, and the number of these instants from one of its own to the next.
+
+        That is 1 unless a longer step does not lead to each instant.
+        """
+        steps = self.stride * divisor  # in the time between two instants
+        return TimeGrid(self.step / float(divisor), steps.numerator, self.count // steps.denominator), steps.denominator
+
 
 def drives_crank(load: Load, mechanism: Mechanism) -> bool:
     """True if a load is a torque from ground to crank whose law can drive it (`DRIVING_LAWS`)."""
@@ -155,6 +167,12 @@ def refine_grid(plan: MotionPlan, grid: TimeGrid, mechanism: Mechanism, pace: Pa
             f"{MAX_STEPS} steps: give --seconds or --step"
         )
     return finer
+
+
+def refinement_steps(plan: MotionPlan, mechanism: Mechanism, pace: Pace) -> tuple[Fraction, ...]:
+    """Return the divisors of the step size along the refinement path, by growing number of steps."""
+    delicate = plan.step is not None or mechanism.cam_contacts or pace.crosses_branches
+    return FINER_STEPS if delicate else COARSER_STEPS
 
 
 def fastest_turn_period(mechanism: Mechanism, motion: FreeMotion) -> float:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, presets_study
 from conrod.scenes import Scene
 from conrod.studies.free_motion.exact import ExactCourse, exact_course, observed_positions
-from conrod.studies.free_motion.plan import FREE, POSITION_TOLERANCE, STEP_DIVISORS, MotionPlan, drives_crank
+from conrod.studies.free_motion.plan import FREE, POSITION_TOLERANCE, MotionPlan, drives_crank
 from conrod.studies.free_motion.results import (
     ExactSummary,
     MotionCurves,
@@ -32,18 +33,15 @@ from conrod.studies.free_motion.results import (
 
 
 def run_motion(name: str, course: ExactCourse, engine: Engine[Any], preset: str, plan: MotionPlan) -> MotionResult:
-    """Run a free motion in an engine, with shorter steps too, and judge its errors."""
+    """Run a free motion in an engine, with steps of other sizes too, and judge its errors."""
     empty = _empty_result(name, course, engine, preset, plan)
     try:
-        runs = [_run_engine(course, engine, preset, divisor) for divisor in STEP_DIVISORS]
+        runs = {divisor: _run_engine(course, engine, preset, divisor) for divisor in course.refinement}
     except InvalidInput as error:
         # The exact motion has accepted start and loads, so it is the engine that does not support them.
         return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=str(error))
-    points = tuple(
-        _refinement_point(course, course.grid.step / divisor, run)
-        for divisor, run in zip(STEP_DIVISORS, runs, strict=True)
-    )
-    judged, order = runs[0], _observed_orders(course, points)
+    points = tuple(_refinement_point(course, divisor, run) for divisor, run in runs.items())
+    judged, order = runs[Fraction(1)], _observed_orders(course, points)
     result = replace(empty, outcome=judged.outcome.slug, reason=judged.reason, refinement=points, order=order)
     return (_with_errors(result, course, judged) if result.completed else result).with_verdict()
 
@@ -58,9 +56,9 @@ def _empty_result(name: str, course: ExactCourse, engine: Engine[Any], preset: s
     )  # fmt: skip
 
 
-def _run_engine(course: ExactCourse, engine: Engine[Any], preset: str, divisor: int) -> FreeRun:
-    """Run a motion in an engine from the exact start, with the step size divided by an integer."""
-    grid, motion = course.grid.with_shorter_steps(divisor), course.motion
+def _run_engine(course: ExactCourse, engine: Engine[Any], preset: str, divisor: Fraction) -> FreeRun:
+    """Run a motion in an engine from the exact start, with the step size divided."""
+    (grid, _), motion = course.grid.with_step_divided(divisor), course.motion
     return require_capability(engine, FreeMotionRuns).free_run(
         course.mechanism,
         preset,
@@ -88,29 +86,31 @@ def _with_errors(empty: MotionResult, course: ExactCourse, run: FreeRun) -> Moti
     )
 
 
-def _position_errors(course: ExactCourse, run: FreeRun) -> dict[str, Array]:
-    """Return the distance (T,) of each observed point from its exact position, over L."""
+def _position_errors(course: ExactCourse, run: FreeRun, instants: slice = slice(None)) -> dict[str, Array]:
+    """Return the distance (T,) of each observed point from its exact position at some instants, over L."""
     found = observed_positions(course.mechanism, run.poses)
-    exact = observed_positions(course.mechanism, course.motion.poses)
+    exact = observed_positions(course.mechanism, course.motion.poses[instants])
     return {name: np.linalg.norm(at - exact[name], axis=1) / course.lengths[name] for name, at in found.items()}
 
 
-def _energy_errors(course: ExactCourse, run: FreeRun) -> Array:
-    """Return the errors (T,) of the energy, over the largest energy in the exact motion."""
-    return np.abs(run.energy - course.motion.energy) / course.motion.scale
+def _energy_errors(course: ExactCourse, run: FreeRun, instants: slice = slice(None)) -> Array:
+    """Return the errors (T,) of the energy at some instants, over the largest energy in the exact motion."""
+    return np.abs(run.energy - course.motion.energy[instants]) / course.motion.scale
 
 
-def _refinement_point(course: ExactCourse, step: float, run: FreeRun) -> StepPoint:
+def _refinement_point(course: ExactCourse, divisor: Fraction, run: FreeRun) -> StepPoint:
     """Return a run's point of the refinement path, without errors unless the run completed."""
+    grid, every = course.grid.with_step_divided(divisor)
     if run.outcome is not Outcome.COMPLETED:
-        return StepPoint(step, run.outcome.slug, None, None)
-    worst = float(np.max([error.max() for error in _position_errors(course, run).values()]))
-    return StepPoint(step, run.outcome.slug, worst, float(_energy_errors(course, run).max()))
+        return StepPoint(grid.step, run.outcome.slug, None, None)
+    instants = slice(0, every * grid.count + 1, every)
+    worst = float(np.max([error.max() for error in _position_errors(course, run, instants).values()]))
+    return StepPoint(grid.step, run.outcome.slug, worst, float(_energy_errors(course, run, instants).max()))
 
 
 def _observed_orders(course: ExactCourse, points: tuple[StepPoint, ...]) -> dict[str, float | None]:
     """Return the observed orders of position and energy; None where errors do not fall evenly."""
-    steps = [course.grid.steps * divisor for divisor in STEP_DIVISORS]
+    steps = [int(divisor / course.refinement[0]) for divisor in course.refinement]
     return {
         quantity: claimed_order(zip(steps, (getattr(point, quantity) for point in points), strict=True))
         for quantity in ("position", "energy")
@@ -132,6 +132,7 @@ class MotionCase(JudgedCase[MotionResult]):
     result_type: ClassVar[type[Any]] = MotionResult
 
     plan: MotionPlan
+    known_course: ExactCourse | None = field(default=None, repr=False, compare=False)
 
     @property
     def effort(self) -> float:
@@ -140,7 +141,16 @@ class MotionCase(JudgedCase[MotionResult]):
     @property
     def course(self) -> ExactCourse:
         """Exact motion of the scene; raises InvalidInput as `exact_course`."""
-        return exact_course(self.name, self.scene, replace(self.plan, tolerance=None))
+        return self.known_course or exact_course(*self.shared_arguments)
+
+    @property
+    def shared_arguments(self) -> tuple[str, Scene, MotionPlan]:
+        return self.name, self.scene, replace(self.plan, tolerance=None)
+
+    shared_call = staticmethod(exact_course)
+
+    def with_shared(self, result: ExactCourse) -> Self:
+        return replace(self, known_course=result)
 
     def empty_result(self) -> MotionResult:
         return _empty_result(self.name, self.course, self.loaded_engine, str(self.preset), self.plan)
@@ -156,7 +166,8 @@ class MotionCase(JudgedCase[MotionResult]):
         """Plain values of the key: the motion, its duration and step, and the error that ends it."""
         fields = {name: getattr(self.plan, name) for name in ("motion", "seconds", "step", "leaving")}
         rounded = {} if self.plan.step_factor == 1.0 else {"step_factor": self.plan.step_factor}
-        return {"settings": {}} | fields | rounded
+        refined = {"refinement": "coarser where it can be"} if self.plan.step is None else {}
+        return {"settings": {}} | fields | rounded | refined
 
 
 def motion_study(
