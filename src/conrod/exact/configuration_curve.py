@@ -11,7 +11,6 @@ from functools import cache
 from typing import Self
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs
 from threadpoolctl import ThreadpoolController
 
 from conrod.exact.equations import Arcs, Equations
@@ -172,14 +171,16 @@ class BorderedFactors:
     """LU factors of bordered Jacobians (T, k, k); solutions are nan where a matrix is singular."""
 
     def __init__(self, matrices: Array) -> None:
-        self._factors = [dgetrf(matrix) for matrix in matrices]
+        from scipy.linalg.lapack import dgetrf, dgetrs  # slow to load
+
+        self._factors, self._solve = [dgetrf(matrix) for matrix in matrices], dgetrs
 
     def solve(self, right: Array, transposed: bool = False) -> Array:
         """Solutions (T, k) for right-hand sides (T, k)."""
         found = np.full(right.shape, np.nan)
         for k, (lower_upper, pivots, singular) in enumerate(self._factors):
             if not singular:
-                found[k], _ = dgetrs(lower_upper, pivots, right[k], trans=int(transposed))
+                found[k], _ = self._solve(lower_upper, pivots, right[k], trans=int(transposed))
         return found
 
     def solve_across(self, right: Array, tangent: Array) -> Array:

@@ -118,39 +118,49 @@ class Run:
         return np.reshape(found, (len(found), self.model.neq))
 
 
-def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = None) -> Run:
+def run(model: mujoco.MjModel, start: Array, steps: int, every: int | None = None, *, watched: bool = True) -> Run:
     """Run a model for a number of steps; ends early if MuJoCo warns of bad numbers.
 
     Args:
         every: steps from one sample to the next; None for some `MAX_SAMPLES` in all.
+        watched: whether contacts and acting forces are recorded, at each step.
     """
     data = data_at_state(model, start)
     every = every or max(1, -(-steps // MAX_SAMPLES))
     states, touched, done, watch = list[Array](), dict[tuple[int, int], int](), 0, ForceWatch(model)
     with silence_warnings():
-        for step in range(steps + 1):
-            if step % every == 0:
-                if break_reason(data):
-                    break
-                states.append(state_of(model, data))
-            if step == steps:
-                break
-            mujoco.mj_step(model, data)
-            done += 1
-            watch.step(data)
-            if done % every == 0:
+        while not break_reason(data):
+            states.append(state_of(model, data))
+            some = min(every, steps - done)
+            if watched:
+                _step_watched(model, data, some, watch, touched)
+            elif some:
+                mujoco.mj_step(model, data, some)
+            done += some
+            if watched and some == every:
                 watch.sample(data)
-            if data.ncon:
-                # A contact within its margin that makes no force has no row.
-                acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
-                for pair in {(min(geoms), max(geoms)) for geoms in acting}:
-                    touched[pair] = touched.get(pair, 0) + 1
+            if some < every:
+                break
         moving = model.body_weldid > 0
         points = np.array(
             [np.vstack([seen.xpos[moving], seen.xipos[moving]]) for seen in forward_at_states(model, states)]
         )
     broke = break_reason(data) or ("" if np.isfinite(points).all() else "not finite")
     return Run(model, np.reshape(states, (len(states), len(start))), points, done, touched, broke, watch.found)
+
+
+def _step_watched(
+    model: mujoco.MjModel, data: mujoco.MjData, steps: int, watch: ForceWatch, touched: dict[tuple[int, int], int]
+) -> None:
+    """Take steps, and record the constraint forces of each and the pairs of geoms that touch."""
+    for _ in range(steps):
+        mujoco.mj_step(model, data)
+        watch.step(data)
+        if data.ncon:
+            # A contact within its margin that makes no force has no row.
+            acting = data.contact.geom[data.contact.efc_address >= 0].tolist()
+            for pair in {(min(geoms), max(geoms)) for geoms in acting}:
+                touched[pair] = touched.get(pair, 0) + 1
 
 
 def forward_at_states(model: mujoco.MjModel, states: Iterable[Array]) -> Iterator[mujoco.MjData]:

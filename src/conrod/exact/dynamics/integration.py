@@ -9,15 +9,17 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import DOP853
-from scipy.optimize import brentq
 
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.reduced_dynamics import ReducedDynamics
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, StrokePulse
+
+if TYPE_CHECKING:  # slow to load, and of many processes that know this module few integrate
+    from scipy.integrate import DOP853
 
 RELATIVE_TOLERANCE = 3e-14
 KINK_TOLERANCE = 1e-12  # of the time of a kink, over the whole duration
@@ -99,6 +101,8 @@ class EventIntegrator:
 
     def _solver(self, now: float, state: Array, stop: float) -> DOP853:
         """A Dormand-Prince solver from a state to a stop time."""
+        from scipy.integrate import DOP853
+
         return DOP853(self._rates, now, state, stop, rtol=RELATIVE_TOLERANCE, atol=self._absolute)
 
     def _step(self, solver: DOP853) -> None:
@@ -117,6 +121,8 @@ class EventIntegrator:
         self, start: float, stop: float, dense: Callable[[float], Array], sides: list[float]
     ) -> float | None:
         """Time of the first kink in a step, just after it; None in a step without kinks."""
+        from scipy.optimize import brentq
+
         found = []
         for kink, side in zip(self._kinks, sides, strict=True):
             if side * kink(stop, dense(stop)) < 0.0 and kink(start, dense(start)) * side > 0.0:
@@ -127,6 +133,8 @@ class EventIntegrator:
 
     def _sample(self, start: float, stop: float, dense: Callable[[float], Array], before: Array, after: Array) -> None:
         """Store the states at sample times within a step, and the times of passed values."""
+        from scipy.optimize import brentq
+
         times = self._times
         for k in np.flatnonzero((times > start) & (times <= stop)):
             self._sampled[k] = after if times[k] == stop else dense(times[k])

@@ -29,7 +29,7 @@ class HardenedModel:
 
     Attributes:
         timestep, seconds: time step and length of the runs [s].
-        reference_known_to: how far the two references are apart [m], or the rounding of a position where that is more;
+        reference_known_to: error of the reference [m], or the rounding of a position where that is more;
             None where one of them broke.
     """
 
@@ -49,6 +49,7 @@ class HardenedModel:
     variants: tuple[HardeningRun, ...] = ()  # the run as it is, and the hardened one
     travel: float | None = None  # the longest way of a body in the reference [m]
     reference_known_to: float | None = None
+    reference_extrapolated: bool = False  # to a step of zero; else the run at a sixteenth of the step is the reference
     acting: tuple[OtherForce, ...] = ()  # in the runs, besides weight, inertia and the loops
     cost: PairedTiming | None = None  # time of a hardened step over that of a step as it is; None if a run broke off
     content: bytes | None = None  # the binary model; None where none was asked for or it was refused

@@ -135,7 +135,8 @@ def _reading_words(found: HardenedModel) -> Iterator[str]:
         yield "drift: none, the reference (hardened, RK4, a sixteenth of the step) breaks off"
     else:
         known = f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that)"
-        reference = "from the hardened model under RK4 at a sixteenth of the step"
+        at = "extrapolated to a step of zero" if found.reference_extrapolated else "at a sixteenth of the step"
+        reference = f"from the hardened model under RK4 {at}"
         yield f"drift: of any body's centre of gravity, {reference}, {known}; travel {MM * found.travel:.3g} mm"
     if cost := found.cost:
         size = f"{cost.ratio:.2f} ({cost.low:.2f} to {cost.high:.2f}), {1e6 * cost.seconds:.3g} µs on this machine"
