@@ -1,4 +1,4 @@
-"""Whole commands whose answer the ledger has: what is left is the start of the process, look-up and print."""
+"""Whole commands: some that the ledger answers, where start, look-up and print are left, and some with runs to make."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ AGAIN = {
     ("check", MODEL, "--scene", SAW, "--crank", "crank", "--point", "C=site:C", "--point", "M=site:M"): 0.5,
     ("check", MODEL, "--drive", "crank=500rpm"): 0.5,
 }
+MADE = {("free", SAW, "--fresh"): 5.0, ("harden", MODEL): 1.2}
 
 
 def rows(repeats: int) -> list[Row]:
-    """CPU time of each command, once the ledger has its answer; and of importing numpy, which all of them do."""
+    """CPU time of each command and of its processes; and of importing numpy, which all of them do."""
     numpy = [cost_of_process([sys.executable, "-c", "import numpy"]).cpu for _ in range(repeats)]
     found = [Row("python -c 'import numpy', CPU time", "s", numpy)]
     with tempfile.TemporaryDirectory() as folder:
@@ -32,4 +33,7 @@ def rows(repeats: int) -> list[Row]:
             times = [cost_of_process(command, ledger).cpu for _ in range(repeats)]
             shown = f"conrod {words[0]} {Path(words[1]).name}" + (f" {words[2]}" if len(words) > 2 else "")
             found.append(Row(f"{shown}, again, CPU time", "s", times, bar))
+        for words, bar in MADE.items():
+            times = [cost_of_process([COMMAND, *words], ledger).cpu for _ in range(repeats)]
+            found.append(Row(f"conrod {words[0]} {Path(words[1]).name}, CPU time", "s", times, bar))
     return found

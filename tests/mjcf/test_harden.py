@@ -23,7 +23,7 @@ from conrod.mjcf.hardenable import active_closures
 from conrod.mjcf.runs import STATE
 from conrod.models.harden import recipe as recipes
 from conrod.models.harden.results import HardenedModel
-from conrod.models.harden.study import closed_start, harden_file, run_finer
+from conrod.models.harden.study import closed_start, harden_file, reference_motion, run_finer
 
 LEGGED = Path(__file__).parents[1] / "support" / "models" / "legged.xml"
 
@@ -359,3 +359,20 @@ def test_recipe_clears_the_flag_that_makes_weights_unread(tmp_path: Path) -> Non
     assert names["model"].opt.enableflags == 0
     before, after = (max(one.openings) for one in found.variants)
     assert after < 1e-2 * before
+
+
+def test_drift_is_from_the_motion_at_a_step_of_zero() -> None:
+    hard = mujoco.MjModel.from_xml_path(str(Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml"))
+    hard.opt.integrator, hard.opt.timestep = mujoco.mjtIntegrator.mjINT_RK4, 1e-3
+    hard = apply_recipe(hard, recipes.recipe_for(hard, active_closures(hard)))
+    state, steps, every = closed_start(hard)[0], 100, 10
+    first = run_finer(hard, state, steps, every)
+    found = reference_motion(hard, first, state, steps, every)
+    assert found.extrapolated
+    fine = run_finer(hard, state, steps, every, 16, watched=False).centres
+    off, runs_off = (float(np.abs(found.centres - one).max()) for one in (fine, first.centres))
+    assert found.known_to < 0.1 * runs_off
+    assert off <= found.known_to + runs_off / 16**4
+    # Negative control: errors of order 1 are not extrapolated as if they were of order 4.
+    hard.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
+    assert not reference_motion(hard, run_finer(hard, state, steps, every), state, steps, every).extrapolated

@@ -12,19 +12,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cell_tasks import InProcessExecutor
 from command_line import conrod
 
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.execution.dispatch import run_cases
+from conrod.execution.ledger import Ledger
 from conrod.execution.resolve_arguments import select_scene
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.scenes import SCENES, Scene, catalogue_names, dynamics_names
 from conrod.studies.free_motion.exact import ExactCourse, exact_course
-from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan
+from conrod.studies.free_motion.plan import FREE, TORQUE, MotionPlan, TimeGrid
 from conrod.studies.free_motion.results import MAX_EXACT_DRIFT, ExactSummary, MotionResult, MotionStudy
-from conrod.studies.free_motion.study import inactive_loads, run_motion
+from conrod.studies.free_motion.study import MotionCase, inactive_loads, run_motion
 
 SHORT = MotionPlan(FREE, 2.0)
 
@@ -163,6 +166,33 @@ def test_no_shipped_scene_fails_with_default_settings(name: str, motion: str) ->
 
 
 # -- what is run -----------------------------------------------------------------------------------------------------
+
+
+def test_order_is_observed_at_longer_steps_where_those_hold() -> None:
+    assert course("pendulum").refinement == (Fraction(1, 4), Fraction(1, 2), Fraction(1))
+    assert course("pendulum", step=5e-3).refinement == (Fraction(1), Fraction(2), Fraction(4))
+    found = result(course("pendulum"))
+    step = course("pendulum").grid.step
+    assert [point.step for point in found.refinement] == [4.0 * step, 2.0 * step, step]
+    assert found.refinement[-1].position == found.largest("position")
+    # A longer step leads to each second instant only where four of them are six of the run's: errors are taken there.
+    grid, every = TimeGrid(1.0, 6, 101).with_step_divided(Fraction(1, 4))
+    assert (grid, every) == (TimeGrid(4.0, 3, 50), 2)
+    # Negative control: at instants of another run the errors would not be of order 4.
+    pendulum = replace(course("pendulum"), grid=replace(course("pendulum").grid, stride=2))
+    assert result(pendulum).order["position"] is None
+
+
+def test_runs_of_a_scene_share_one_exact_motion(ledger: Ledger) -> None:
+    scene = scene_from_tables("pendulum")
+    cases = [MotionCase("pendulum", scene, "mujoco", preset, SHORT) for preset in ("stock", "hardened")]
+    other = MotionCase("pendulum", scene, "mujoco", "stock", replace(SHORT, seconds=1.0))
+    here = InProcessExecutor()
+    found = run_cases([*cases, other], ledger, here)
+    made = [case.known_course for case in here.cases if isinstance(case, MotionCase)]
+    assert len(here.cases) - len(made) == len({id(one) for one in made}) == 2  # the other case has one of its own
+    for case in cases:
+        assert replace(found[case.key], curves=None) == replace(case.perform(), curves=None)
 
 
 def test_free_motion_omits_crank_drive_and_torque_needs_it() -> None:

@@ -275,8 +275,8 @@ def _extrapolated_motion(
 
     Of x(h) = x + a h^4 + b h^5 + .. the first extrapolation, (16 x(h/2) - x(h)) / 15, leaves an error of order 5, and
     the second, (32 y(h/2) - y(h)) / 31 of its values y, of order 6 (Richardson; Hairer, Norsett and Wanner, Solving
-    Ordinary Differential Equations I, section II.9). What rounding leaves of the first is in their difference too, which
-    is the error stated.
+    Ordinary Differential Equations I, section II.9). The error stated is the difference of the first ones, which has
+    what rounding left in them too.
     """
     whole, half = first.centres, run_finer(hard, state, steps, every, EXTRAPOLATED_REFINEMENTS[1], watched=False)
     if half.broke:
