@@ -195,9 +195,9 @@ def figure(machines: Sequence[Machine]) -> Figure:
             axes.annotate("cannot be seen", (1e-12, row), va="center", color="#777777")
     set_log_axis(axes, (1e-13, 1e4), [10.0**k for k in range(-12, 4, 3)])
     names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
-    units = [unit.replace("% of the way", "way").replace("%", "share") for unit in kinds.values()]
+    units = ["-" if unit.startswith("%") else unit for unit in kinds.values()]
     set_rows(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
-    axes.set_xlabel("smallest size that the verdict notices; one mark for each machine")
+    axes.set_xlabel("smallest size that the verdict notices, [-] as a fraction of the value itself; a mark is a machine")
     for name, mark in labels.items():
         mark.set_label(name)
     add_legend_above(drawn, [*labels.values()], handlelength=1.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import re
 from itertools import permutations
 
 import matplotlib
@@ -13,9 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D
 
+from conrod.mechanism.mechanism import pin_points
 from conrod.report.charts.canvas import drawing_style
 from conrod.report.drawing import machine_parts as parts
-from conrod.report.drawing.drawing import mechanism_figure, mechanism_svg
+from conrod.report.drawing.drawing import crank_direction, mechanism_figure, mechanism_svg, telling_angle, view_at
 from conrod.report.html.parts import drawing_of
 from conrod.scenes import SCENES, catalogue_names, catalogue_scene, scene_named
 
@@ -40,6 +42,43 @@ def test_a_moving_figure_shows_the_links_of_the_committed_run() -> None:
     moving = (FIGURES / "saw-500rpm-moving.svg").read_text(encoding="utf-8")
     drawn = drawing_of(SCENES["saw-500rpm"]).bodies
     assert [body for body, shapes in drawn.items() if shapes not in moving] == []
+
+
+@pytest.mark.parametrize("name", ["six-bar", "saw-500rpm"])
+def test_angle_of_the_crank_is_drawn_along_the_crank(name: str) -> None:
+    scene = scene_named(name)
+    with drawing_style():
+        view = view_at(scene, telling_angle(scene))
+    shaft, pin = (view.place_of(view.mechanism.crank, at) for at in pin_points(view.mechanism, view.mechanism.crank))
+    along = crank_direction(view, shaft, telling_angle(scene))
+    assert np.linalg.norm(pin - shaft) * parts.unit_vector(along) == pytest.approx(pin - shaft)
+    # The frame of the six-bar's crank is turned against it: its rotation is another angle.
+    turned = parts.unit_vector(view.mechanism.crank_turn(telling_angle(scene)))
+    assert (np.abs(turned - parts.unit_vector(along)).max() > 0.1) == (name == "six-bar")
+
+
+@pytest.mark.parametrize(("scene", "body", "discs", "slots"), [("geneva", "wheel", 1, 4), ("whitworth", "lever", 0, 1)])
+def test_wheel_is_a_disc_with_all_the_slots_it_needs(scene: str, body: str, discs: int, slots: int) -> None:
+    drawn = drawing_of(scene_named(scene)).bodies[body]
+    outlines = re.findall(r'<path d="([^"]*)" fill="var\(--ground\)" stroke="currentColor"', drawn)
+    assert "".join(outlines).count("M") == slots
+    assert drawn.count('fill="var(--part)" stroke="currentColor"') == discs
+
+
+@pytest.mark.parametrize("name", ["saw-500rpm", "shear-press"])
+def test_name_of_a_slider_stands_clear_of_hatched_rails(name: str) -> None:
+    with drawing_style():
+        axes = mechanism_figure(scene_named(name)).axes[0]
+        (label,) = (text for text in axes.texts if text.get_text() in ("A", "C"))
+        renderer = FigureCanvasAgg(label.figure).get_renderer()  # type: ignore[arg-type]  # of the library
+        label.set_bbox(None)
+        box = label.get_window_extent(renderer)
+        hatching = [line for line in axes.lines if line.get_color() == parts.FRAME]
+        paths = [line.get_path().transformed(line.get_transform()) for line in hatching]
+    assert len(paths) > 20
+    assert not any(path.intersects_bbox(box, filled=False) for path in paths)
+    # Negative control: there is hatching about the block.
+    assert any(path.intersects_bbox(box.expanded(6.0, 6.0), filled=False) for path in paths)
 
 
 # -- texts -----------------------------------------------------------------------------------------------------------

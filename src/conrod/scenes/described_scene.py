@@ -82,6 +82,11 @@ class DescribedScene(Scene):
     def parameter_facts(self) -> dict[str, Parameter]:
         return dict(self.described.facts)
 
+    def disc_radii(self) -> dict[str, float]:
+        tables = json.loads(self.document)["bodies"]
+        discs = (body for body in self.mechanism().bodies if tables[body.name].get("uniform") == "disc")
+        return {body.name: math.sqrt(2.0 * body.inertia / body.mass) for body in discs}  # I = m r^2 / 2
+
     def with_parameters(self, **values: float) -> Self:
         return type(self)(self.document, tuple(sorted((dict(self.given_anew) | values).items())))
 

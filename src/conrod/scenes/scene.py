@@ -106,6 +106,10 @@ class Scene(ExactReference):
         """Unit, meaning and range of each parameter, by name."""
         return parameters_of(type(self))
 
+    def disc_radii(self) -> dict[str, float]:
+        """Radii [m] of the bodies that are described as uniform discs, about their centres of gravity."""
+        return {}
+
     @cached_property
     def lengths(self) -> dict[str, float]:
         span = self.mechanism().driver.span

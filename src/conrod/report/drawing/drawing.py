@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from conrod.exact.motion import Array
-from conrod.mechanism.mechanism import GROUND, Pose
+from conrod.mechanism.mechanism import GROUND, Pose, pin_points
 from conrod.mechanism.units import MM
 from conrod.report import numbers
 from conrod.report.charts.canvas import drawing_style, svg_text
@@ -26,9 +26,11 @@ from conrod.scenes import Scene
 TELLING_SHARE = 0.75
 EXTENT_POINTS = 450.0  # on paper for the extent of a mechanism, roughly: dimensions take a quarter of the paper
 MAX_SIDE, MIN_SIDE = 8.2, 4.6  # of the drawing [inch]
+LEFT = 0.85  # room for the numbers and the label of the vertical axis [inch]
 TRACE, ANGLE = "#2a8c6a", "#5b4a9c"
 NAME_STYLE: dict[str, Any] = {"fontsize": 10.0, "fontweight": "bold"}
 NAME_SIDES = np.array([(-1.0, 1.0), (1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])  # of a point, where its name may stand
+NAME_DISTANCES = (1.0, 1.0), (1.0, 2.4), (2.6, 1.0)  # of a name: beside its point, and beyond the rails of a slide
 # The crank itself hides a smaller angle.
 MIN_DRAWN_ANGLE = math.radians(5.0)
 
@@ -73,7 +75,7 @@ def view_at(scene: Scene, angle: float, axes: Axes | None = None) -> View:
     poses[GROUND] = (0.0, 0.0, 0.0)
     angles = np.linspace(*scene.kinematics.span, 181)
     paths = {name: MM * point.position for name, point in scene.motion(angles, scene.speed).points.items()}
-    reached = np.concatenate([*paths.values(), MM * reached_points(mechanism, poses)])
+    reached = np.concatenate([*paths.values(), MM * reached_points(mechanism, poses, scene.disc_radii())])
     extent = float(np.ptp(reached, axis=0).max())
     turn = scene.kinematics.poses(angles)
     size = 0.022 * extent
@@ -81,7 +83,8 @@ def view_at(scene: Scene, angle: float, axes: Axes | None = None) -> View:
         figure = Figure()
         figure.set_layout_engine("none")
         axes = figure.subplots()
-    return View(axes, mechanism, poses, turn, size, Labels(extent / EXTENT_POINTS), extent, paths)
+    labels = Labels(extent / EXTENT_POINTS)
+    return View(axes, mechanism, poses, turn, size, labels, extent, paths, scene.disc_radii())
 
 
 def _fit_page(view: View) -> Figure:
@@ -96,13 +99,13 @@ def _fit_page(view: View) -> Figure:
     width, height = right - left, top - bottom
     scale = MAX_SIDE / max(width, height)
     inches = max(MIN_SIDE, width * scale), max(MIN_SIDE, height * scale)
-    figure.set_size_inches(inches[0] + 0.7, inches[1] + 0.6)
+    figure.set_size_inches(inches[0] + LEFT, inches[1] + 0.6)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     axes.set_anchor("C")
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
-    low = 0.7 / (inches[0] + 0.7), 0.5 / (inches[1] + 0.6)
+    low = LEFT / (inches[0] + LEFT), 0.5 / (inches[1] + 0.6)
     axes.set_position((*low, 0.98 - low[0], 0.99 - low[1]))
     return figure
 
@@ -117,26 +120,43 @@ def draw_observed(view: View) -> None:
         view.axes.plot(*place, marker="o", markersize=4.5, color=TRACE, zorder=12)
         half = 0.5 * view.labels.width(point.name, NAME_STYLE["fontsize"])
         reach = NAME_SIDES * (view.labels.point * np.array([7.0, 11.0]) + [half, 0.0])
-        _place_note(view, list(place + reach), point.name, TRACE, NAME_STYLE)
+        places = [one for far in NAME_DISTANCES for one in place + reach * far]
+        _place_note(view, places, point.name, TRACE, NAME_STYLE)
 
 
 def draw_crank_angle(view: View, scene: Scene, angle: float) -> None:
     """Draw the crank angle from its zero, and the sense of rotation with the speed."""
     driver, joint = view.mechanism.driver, view.mechanism.driven_joint
     shaft = view.place_of(joint.b, joint.point_b)
-    now = view.mechanism.crank_turn(angle)
+    now = crank_direction(view, shaft, angle)
+    zero = now - driver.sense * angle
     reach = 5.0 * view.size
     if abs(angle) >= MIN_DRAWN_ANGLE:
-        for direction, dashes in ((driver.start, (4, 3)), (now, (1, 2))):
+        for direction, dashes in ((zero, (4, 3)), (now, (1, 2))):
             ray = np.array([shaft, shaft + 1.25 * reach * parts.unit_vector(direction)])
             view.axes.plot(*ray.T, color=ANGLE, linewidth=0.8, dashes=dashes, zorder=7)
-        parts.draw_turn_arrow(view.axes, shaft, reach, driver.start, now, ANGLE)
-        # The documents of the scenes with a closed form write t for the crank angle.
-        letter = "t" if scene.closed_form else "\N{GREEK SMALL LETTER THETA}"
-        directions = 0.5 * (driver.start + now), now, driver.start
+        _draw_turn(view, shaft, reach, (zero, now), ANGLE)
+        directions = 0.5 * (zero + now), now, zero
         centres = [shaft + factor * reach * parts.unit_vector(one) for factor in (1.5, 2.1) for one in directions]
-        _place_note(view, centres, f"{letter} = {math.degrees(angle):.0f} deg", ANGLE)
+        _place_note(view, centres, f"\N{GREEK SMALL LETTER THETA} = {math.degrees(angle):.0f} deg", ANGLE)
     _draw_sense(view, scene, shaft, now)
+
+
+def crank_direction(view: View, shaft: Array, angle: float) -> float:
+    """Return the direction [rad] of the crank at a crank angle: to its next pin, or its body's x-axis without one."""
+    crank = view.mechanism.crank
+    arms = [view.place_of(crank, point) - shaft for point in pin_points(view.mechanism, crank)]
+    arm = next((arm for arm in arms if np.linalg.norm(arm) > 1e-6 * view.extent), None)
+    return view.mechanism.crank_turn(angle) if arm is None else math.atan2(arm[1], arm[0])
+
+
+def _draw_turn(view: View, centre: Array, radius: float, ends: tuple[float, float], colour: str) -> None:
+    """Draw an arrow about a point between two directions [rad], and keep texts off it."""
+    parts.draw_turn_arrow(view.axes, centre, radius, *ends, colour)
+    angles = np.linspace(*ends, 60)
+    arc = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    view.labels.add_line(arc)
+    view.labels.add_symbol(arc[-1], 0.6 * view.size)
 
 
 def _draw_sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
@@ -147,7 +167,7 @@ def _draw_sense(view: View, scene: Scene, shaft: Array, now: float) -> None:
     beginnings = [now + math.pi - 0.6 * sense + turn for turn in (0.0, 0.7, -0.7, 1.4, -1.4)]
     centres = [shaft + 5.2 * view.size * parts.unit_vector(away + 0.8 * sense) for away in beginnings]
     away = beginnings[_place_note(view, centres, f"{rpm} rpm", parts.INK)]
-    parts.draw_turn_arrow(view.axes, shaft, 3.2 * view.size, away, away + 1.6 * sense, parts.INK)
+    _draw_turn(view, shaft, 3.2 * view.size, (away, away + 1.6 * sense), parts.INK)
 
 
 def _place_note(

@@ -18,6 +18,8 @@ from conrod.report.drawing.view import View, cam_outline, pitch_lines, slide_dis
 
 BAR_WIDTH = 6.0  # of a link [pt]
 COLLINEAR_SHARE = 0.01  # of a line's length, by which places may lie off it: less than a bar's width
+DISC_POINTS = 121  # of a disc's outline
+SLOT_TOLERANCE = 1e-3  # [rad] of a whole turn, within which a wheel's slots repeat
 PLACE_DIGITS = 6  # decimals of places [mm]: places that joints share differ by rounding
 
 
@@ -48,7 +50,7 @@ def draw_joints(view: View) -> None:
 
 
 def draw_links(view: View) -> None:
-    """Draw every body as a bar or plate through its joints, slots and observed points."""
+    """Draw every body as a bar or plate through its joints, slots and observed points, and discs behind them."""
     slots: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
     blocks: dict[str, list[Array]] = {body.name: [] for body in view.mechanism.bodies}
     for joint in view.mechanism.joints:
@@ -57,6 +59,10 @@ def draw_links(view: View) -> None:
             blocks[slide.moving].append(view.place_of(slide.moving, slide.point))
             if slide.guide != GROUND:
                 slots[slide.guide].append(_slot_ends(view, slide))
+    # What rolls has its pitch line already.
+    rolling = {name for mesh in view.mechanism.meshes for name in (mesh.a, mesh.b)}
+    for name in (name for name in view.discs if name not in rolling):
+        _draw_disc(view, name, slots[name])
     for body in view.mechanism.bodies:
         held = [view.place_of(body.name, point) for point in pin_points(view.mechanism, body.name)] + blocks[body.name]
         # A link reaches to the near end of its slot, and is the slot from there on.
@@ -106,8 +112,10 @@ def _draw_rails(view: View, block: Array, reach: tuple[float, float], direction:
     """Draw a slide's two hatched rails along a direction [rad] through a block."""
     parts.draw_rails(view.axes_of(GROUND), block, reach, direction, view.size)
     ends = block + np.outer(reach, parts.unit_vector(direction))
-    for aside in (-1.6, -1.15, 1.15, 1.6):
-        view.labels.add_line(ends + aside * view.size * parts.unit_vector(direction + 0.5 * np.pi))
+    half = 0.5 * (reach[1] - reach[0]), 0.25 * view.size
+    for aside in (-1.4, 1.4):
+        middle = ends.mean(axis=0) + aside * view.size * parts.unit_vector(direction + 0.5 * np.pi)
+        view.labels.add_text(parts.Box(middle, half, direction))
 
 
 def _draw_stem(view: View, follower: str, roller: Array, forth: float, direction: float) -> None:
@@ -138,6 +146,23 @@ def _draw_cam(view: View, contact: CamContact) -> None:
     circle = roller + MM * contact.roller_radius * np.column_stack([np.cos(ring), np.sin(ring)])
     view.axes_of(contact.b).fill(*circle.T, facecolor="white", edgecolor=parts.INK, linewidth=1.4, zorder=7)
     view.labels.add_line(circle)
+
+
+def _draw_disc(view: View, name: str, slots: Sequence[Array]) -> None:
+    """Draw a body's disc; in one pass of its driver a wheel with k slots turns by 2 pi / k, and has them all."""
+    body = view.mechanism.body(name)
+    centre, radius = view.place_of(name, body.centre_of_gravity), MM * view.discs[name]
+    ring = np.linspace(0.0, 2.0 * np.pi, DISC_POINTS)
+    rim = centre + radius * np.column_stack([np.cos(ring), np.sin(ring)])
+    view.axes_of(name).fill(*rim.T, facecolor="#dde6ec", edgecolor=parts.LINK, linewidth=1.2, alpha=0.6, zorder=1)
+    view.labels.add_line(rim)
+    turned = abs(float(np.ptp(view.poses_over_turn(name)[:, 2])))
+    count = round(2.0 * np.pi / turned) if view.mechanism.driver.span and turned else 1
+    for ends in slots if abs(count * turned - 2.0 * np.pi) < SLOT_TOLERANCE else ():
+        for k in range(1, count):
+            cos, sin = np.cos(2.0 * np.pi * k / count), np.sin(2.0 * np.pi * k / count)
+            other = centre + (ends - centre) @ np.array([[cos, sin], [-sin, cos]])
+            parts.draw_slot(view.axes_of(name), other, view.size)
 
 
 # -- shapes of links --------------------------------------------------------------------------------------------------

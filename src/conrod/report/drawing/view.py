@@ -40,6 +40,7 @@ class View:
         labels: texts and lines that are drawn already.
         extent: width or height of the mechanism, whichever is larger [mm].
         paths: paths of the observed points over a turn or a pass, (T, 2) [mm].
+        discs: radii [m] of the bodies that are discs about their centre of gravity.
     """
 
     axes: Axes
@@ -50,6 +51,7 @@ class View:
     labels: Labels
     extent: float
     paths: Mapping[str, Array]
+    discs: Mapping[str, float]
 
     def axes_of(self, *bodies: str) -> Axes:
         """Return the axes on which parts of some bodies are drawn."""
@@ -84,11 +86,14 @@ OUTLINE_SAMPLES = 721
 RACK_REACH = 2.0  # wheel radii; length of a rack on either side of its wheel
 
 
-def reached_points(mechanism: Mechanism, poses: Mapping[str, Pose]) -> Array:
-    """Return points (N, 2) [m] of the pins, cams and wheels, which bound the mechanism."""
+def reached_points(mechanism: Mechanism, poses: Mapping[str, Pose], discs: Mapping[str, float]) -> Array:
+    """Return points (N, 2) [m] of the pins, cams, wheels and discs of some radii [m], which bound the mechanism."""
     points = [to_world(poses[j.b], j.point_b) for j in mechanism.joints if isinstance(j, Revolute)]
     for contact in mechanism.cam_contacts:
         points += cam_outline(contact, poses[contact.a])
+    for name, radius in discs.items():
+        x, y = to_world(poses[name], mechanism.body(name).centre_of_gravity)
+        points += [(x - radius, y - radius), (x + radius, y + radius)]
     return np.concatenate([np.array(points), *(line for mesh in mechanism.meshes for line in pitch_lines(mesh, poses))])
 
 

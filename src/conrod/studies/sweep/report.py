@@ -104,6 +104,7 @@ def work_precision_figure(study: SweepStudy, quantities: Sequence[str] = QUANTIT
     for axes, quantity in zip(drawn, quantities, strict=True):
         _cost_axis(axes, limits)
         _draw_panel(axes, study, points, quantity)
+    drawn[0].set_title(f"{study.name}: {study.title}", loc="left", parse_math=False)
     drawn[-1].set_xlabel("CPU time of a simulated revolution")
     add_legend_above(figure, _legend(study), 3)
     return figure

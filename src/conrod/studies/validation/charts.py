@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from conrod.exact.motion import QUANTITIES
@@ -27,8 +28,10 @@ from conrod.studies.validation.results import SceneStudy, ValidationResult, draw
 
 ROW_HEIGHT = 0.26  # of a machine [inch]
 MAX_ERROR_OVER_L = 10.0  # end of the scale: a run with a larger error no longer moves like the machine
+HALF_MARK = 1.6  # ratio by which an axis of errors goes on beyond its last marks
 STEP_AXIS_MARGIN = 1.15  # ratio of the axis's ends to the first and last number of steps
 STEPS_LABEL = "steps per revolution N (step of the crank angle h = 2π / N)"
+UNSUPPORTED_STYLE: dict[str, Any] = {"linestyle": "none", "marker": "_", "markersize": 8.0, "color": "#aaaaaa"}
 MAX_STEP_TICKS = 10  # named on an axis
 
 
@@ -101,7 +104,11 @@ def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
     labels: dict[str, Any] = {}
     for row, summary in enumerate(scenes.values()):
         for result in summary["results"]:
-            if result["mode"] != "dynamic" or result["outcome"] == "unsupported":
+            if result["mode"] != "dynamic":
+                continue
+            if result["outcome"] == "unsupported":
+                (mark,) = axes.plot([MAX_ERROR_OVER_L], [row], **UNSUPPORTED_STYLE, clip_on=False)
+                labels.setdefault("unsupported", mark)
                 continue
             style = preset_style(result["engine"], result["preset"]) | {"linestyle": "none"}
             error = result["largest"]["position"]
@@ -112,8 +119,9 @@ def overview_figure(scenes: Mapping[str, Mapping[str, Any]]) -> Figure:
             (mark,) = axes.plot([at], [row], **style, clip_on=False)
             labels.setdefault(preset_title(result["engine"], result["preset"]), mark)
             if result["outcome"] != "completed":
-                labels.setdefault("did not complete", mark)
-    set_log_axis(axes, (ROUNDING, MAX_ERROR_OVER_L), [10.0**k for k in range(-12, 2, 2)])
+                labels.setdefault("did not complete", Line2D([], [], **(style | {"color": "#777777"})))
+    ends = ROUNDING / HALF_MARK, MAX_ERROR_OVER_L * HALF_MARK
+    set_log_axis(axes, ends, [10.0**k for k in range(-12, 2, 2)])
     set_rows(axes, list(scenes))
     axes.set_xlabel("largest position error / L over the run")
     for name, mark in labels.items():
