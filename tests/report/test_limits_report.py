@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from committed_studies import SCENE, limit_study, of_axis, with_all_detected
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 
 from conrod.execution.writing import Batch, write_together
 from conrod.report.charts.canvas import drawing_style
@@ -73,6 +75,20 @@ def test_every_run_is_drawn_by_outcome_and_undetected_in_red() -> None:
     assert mark_count(curves) == sum(probe.position is not None for probe in probes)
 
 
+def test_lines_of_one_and_ten_per_cent_and_the_sense_are_named() -> None:
+    *_, axes = panels(of_axis("steps").walks)
+    lines = [line for line in axes.lines if line.get_linestyle() == "--" and len({*line.get_ydata()}) == 1]
+    named = {text.get_text(): text.xy[1] for text in axes.texts if isinstance(text, Annotation)}
+    assert {"1 % of L", "10 % of L"} <= named.keys()
+    heights = sorted(float(line.get_ydata()[0]) for line in lines)
+    assert heights == [named["1 % of L"], named["10 % of L"]] == [0.01, 0.1]
+    assert axes.get_xlabel().endswith(": safe at the left, failing at the right")
+    # Negative control: a list of values has no sense.
+    (listed,) = panels(of_axis("start-pose").walks)[-1:]
+    assert "safe at the left" not in listed.get_xlabel()
+    assert 90.0 in np.diff(listed.get_xticks())
+
+
 @pytest.mark.parametrize("axis", AXES.values(), ids=lambda axis: axis.name)
 def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
     good = replace(next(probe for probe in of_axis("steps").walks[0].probes if probe.good), torque=None)
@@ -100,13 +116,16 @@ def test_pages_state_undetected_runs_first(tmp_path: Path) -> None:
     files = render(study, tmp_path).files
     for name in ("README.md", f"{SCENE}.md"):
         text = str(files[name])
-        assert text.index("**Wrong and undetected: ") < text.index("## "), name
+        first = next(line for line in text.splitlines()[1:] if line)
+        found = r"\*\*\d+ of \d+ runs were wrong without any warning\.\*\* They lie on \d+ of \d+ walks"
+        assert re.match(found, first), name
     runs = study.maps[0].runs
-    assert f"On the maps: {sum(run.undetected for run in runs)} of {len(runs)} runs" in str(files[f"{SCENE}.md"])
+    on_maps = f"On maps of two parameters: {sum(run.undetected for run in runs)} of {len(runs)} runs"
+    assert on_maps in str(files[f"{SCENE}.md"])
     # Negative control: nothing is said where nothing is.
     calm = str(render(replace(study, walks=with_all_detected(study.walks), maps=()), tmp_path).files[f"{SCENE}.md"])
     assert "No run was wrong and undetected" in calm
-    assert "On the maps" not in calm
+    assert "On maps" not in calm
 
 
 @pytest.mark.usefixtures("undrawn")

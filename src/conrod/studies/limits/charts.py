@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MultipleLocator, NullLocator
 
 from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import Array
@@ -53,6 +53,8 @@ def set_scale(axes: Axes, which: Literal["x", "y"], axis: Axis, begin: float, en
     if axis.listed:
         beside = room * (end - begin)
         axes.set(**{f"{which}lim": (begin - beside, end + beside)})
+        if axis.label.endswith("[deg]") and end - begin >= 180.0:
+            (axes.xaxis if which == "x" else axes.yaxis).set_major_locator(MultipleLocator(90.0))
     else:
         beside = (end / begin) ** room
         axes.set(**{f"{which}scale": "log", f"{which}lim": (begin / beside, end * beside)})
@@ -82,6 +84,11 @@ def outcome_handles(outcomes: set[str]) -> list[Line2D]:
 
 WIDTH, PANEL, MARGINS = 9.5, 3.0, 1.0  # of a figure, of a panel, of legend and labels [inch]
 LEGEND_COLUMNS = 5
+SENSE_NOTE = ": safe at the left, failing at the right"
+LEVEL_NOTE: dict[str, Any] = {
+    "xycoords": ("axes fraction", "data"), "textcoords": "offset points", "xytext": (-3, 2), "ha": "right",
+    "va": "bottom", "fontsize": 7.5, "color": "#666666",
+}  # fmt: skip
 LANE_HEIGHT = 0.17  # of failed runs of a preset [inch]
 LANE_OFFSET = 0.06  # of the lowest lane above the panel [inch]
 AXIS_MARGIN = 0.02  # at both ends, as a share of the length
@@ -117,9 +124,14 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     for axes, panel in zip(drawn, panels, strict=True):
         _draw_panel(axes, axis, walks, panel)
     _draw_failed(drawn[0], axis, walks, lanes)
-    drawn[-1].set_xlabel(axis_label(axis))
+    drawn[-1].set_xlabel(f"{axis_label(axis)}{SENSE_NOTE if _have_one_sense(axis, walks) else ''}")
     canvas.add_legend_above(figure, handles, LEGEND_COLUMNS)
     return figure
+
+
+def _have_one_sense(axis: Axis, walks: Sequence[Walk]) -> bool:
+    """True if all walks lead the same way along an axis, from its safe end to its failing one."""
+    return not axis.listed and len({walk.probes[0].value < walk.probes[-1].value for walk in walks}) == 1
 
 
 def _panel_values(walks: Sequence[Walk], panel: PanelQuantity) -> list[float]:
@@ -129,8 +141,11 @@ def _panel_values(walks: Sequence[Walk], panel: PanelQuantity) -> list[float]:
 
 def _draw_panel(axes: Axes, axis: Axis, walks: Sequence[Walk], panel: PanelQuantity) -> None:
     canvas.set_decades(axes, [canvas.round_to_log_grid(np.array(_panel_values(walks, panel)))])
+    low, high = axes.get_ylim()
     for limit in (SAFE_ERROR, ROUGH_ERROR) if panel is POSITION else ():
         axes.axhline(limit, color="#888888", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        if low < limit < high:
+            axes.annotate(f"{100 * limit:g} % of L", (1.0, limit), **LEVEL_NOTE)
     for walk in walks:
         # A curve is broken where a run has no value: nothing is known there.
         _plot_probes(axes, axis, walk.probes, panel, styles.preset_style(walk.engine, walk.preset) | _line_style(axis))
@@ -167,7 +182,7 @@ def _draw_failed(axes: Axes, axis: Axis, walks: Sequence[Walk], lanes: Sequence[
             style = mark_style(*end) | {"transform": axes.get_xaxis_transform(), "clip_on": False}
             axes.plot(places, np.full(len(places), up), **style)
         where: dict[str, Any] = {"xycoords": "axes fraction", "ha": "right", "va": "center"}
-        axes.annotate(styles.preset_title(*key), (-0.005, up), fontsize=6.0, **where)
+        axes.annotate(styles.preset_title(*key), (-0.005, up), fontsize=7.5, **where)
 
 
 def _legend(walks: Sequence[Walk]) -> list[Line2D]:
@@ -175,5 +190,5 @@ def _legend(walks: Sequence[Walk]) -> list[Line2D]:
     handles = canvas.preset_handles(names, **_line_style(AXES[walks[0].axis]))
     probes = [probe for walk in walks for probe in walk.probes]
     if any(probe.undetected for probe in probes):
-        handles.append(Line2D([], [], label="red: undetected", **UNDETECTED_RING))
+        handles.append(Line2D([], [], label="ring, or red mark: undetected", **UNDETECTED_RING))
     return [*handles, *outcome_handles({probe.outcome for probe in probes if probe.errors is None})]

@@ -145,9 +145,9 @@ def results_to_print(studies: Sequence[LimitStudy]) -> Iterator[PrintedPart]:
 
 
 def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
-    """Say how many runs are wrong and undetected."""
+    """Say how many runs were wrong without any warning."""
     wrong, runs = (sum(entry["summary"][key] for entry in entries.values()) for key in ("undetected", "runs"))
-    return f"{wrong} of {runs} runs are wrong and undetected."
+    return f"{wrong} of {runs} runs were wrong without any warning."
 
 
 LIMITS_REPORT = Kind(

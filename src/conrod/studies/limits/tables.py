@@ -66,6 +66,13 @@ def undetected_words(walks: Iterable[Walk]) -> str:
     return f"{sum(probe.undetected for probe in runs)} of {len(runs)} runs, on {affected} of {len(walked)} walks"
 
 
+def undetected_finding(walks: Iterable[Walk]) -> str:
+    """Say in two sentences how many runs were wrong without a warning, and where; the first one in bold."""
+    found = undetected_words(walks)
+    runs, _, where = found.partition(" runs, on ")
+    return f"**{runs} runs were wrong without any warning.** They lie on {where} (one axis, engine and preset each)."
+
+
 def refusal_lines(walks: Iterable[Walk]) -> list[str]:
     """List the reasons why axes were not walked, each with its engines and presets."""
     refused: dict[str, list[str]] = {}
