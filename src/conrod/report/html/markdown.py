@@ -14,6 +14,8 @@ from markdown_it.renderer import RendererHTML
 from markdown_it.rules_core import StateCore
 from markdown_it.token import Token
 
+from conrod.report.table import VERDICT
+
 OUTWARD = ("https://", "http://")
 # The only HTML in Markdown pages, on separate lines; names from users are escaped and cannot look like it.
 NUMBER_CELL = re.compile(r"\**[<-]?\s*\d")
@@ -55,7 +57,29 @@ def render_html(text: str, place: Place) -> str:
 def _parser() -> MarkdownIt:
     parser = MarkdownIt("commonmark", {"html": False}, renderer_cls=_Renderer).enable("table")
     parser.core.ruler.after("block", "details", _find_details)
+    parser.core.ruler.after("block", "verdicts", _put_verdicts_first)
     return parser
+
+
+CELL_TOKENS = 3  # tokens of a cell: its opening, its content, its end
+
+
+def _put_verdicts_first(state: StateCore) -> None:
+    """Move the column of verdicts before a table's numbers, where a small screen shows it."""
+    move: tuple[int, int] | None = None
+    for at, token in enumerate(state.tokens):
+        if token.type != "tr_open":
+            continue
+        end = next(k for k in range(at, len(state.tokens)) if state.tokens[k].type == "tr_close")
+        cells = [state.tokens[k : k + CELL_TOKENS] for k in range(at + 1, end, CELL_TOKENS)]
+        if cells[0][0].type == "th_open":
+            heads = [cell[1].content for cell in cells]
+            numbers = [k for k, cell in enumerate(cells) if _alignment_class(cell[0])]
+            to = numbers[0] if numbers else 1
+            move = (heads.index(VERDICT), to) if VERDICT in heads and heads.index(VERDICT) > to else None
+        if move is not None:
+            cells.insert(move[1], cells.pop(move[0]))
+            state.tokens[at + 1 : end] = [token for cell in cells for token in cell]
 
 
 def _find_details(state: StateCore) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup, escape
@@ -26,7 +26,10 @@ from conrod.report.table import safe_html
 TEMPLATES = "conrod.report.html"
 PAGE_SUFFIX = ".md"
 # Names of further scripts and styles, by the tag whose presence on a page requires them.
-ASSET_MARKERS = {"machine": '<div class="machine"', "links": '<div class="links"', "spots": '<span class="spots"'}
+ASSET_MARKERS = {
+    "machine": '<div class="machine"', "links": '<div class="links"', "spots": '<span class="spots"',
+    "search": '<div class="search"',
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -46,17 +49,30 @@ class PageSection:
     command: str = ""
 
 
+class SitePlace(NamedTuple):
+    """A part of a site, to which the head of each of its pages leads.
+
+    Attributes:
+        name: its name in the head.
+        address: where it begins, from the page.
+        here: True if the page belongs to it."""
+
+    name: str
+    address: str
+    here: bool
+
+
 def html_report(batches: Sequence[Batch]) -> str:
     """Return the reports of a folder as one HTML file."""
     return html_document([section for number, batch in enumerate(batches) for section in page_sections(batch, number)])
 
 
-def html_document(sections: Sequence[PageSection], home: str = "") -> str:
+def html_document(sections: Sequence[PageSection], places: Sequence[SitePlace] = ()) -> str:
     """Return an HTML file of some sections, with the title of the first.
 
     Args:
         sections: sections of the page, at least one.
-        home: address of the entrance page; empty for none.
+        places: parts of the site that the page leads to; empty for a page that stands alone.
     """
     used = ["page", *(name for name, tag in ASSET_MARKERS.items() if any(tag in section.html for section in sections))]
     style, script = ("\n".join(_read_asset(f"{name}.{end}") for name in used) for end in ("css", "js"))
@@ -64,7 +80,7 @@ def html_document(sections: Sequence[PageSection], home: str = "") -> str:
         html_template("page.html.jinja").render(
             sections=sections, style=style, script=script, style_hash=_policy_hash(style),
             script_hash=_policy_hash(script),
-            home=home,
+            places=places,
         )
     )  # fmt: skip
 
@@ -122,7 +138,8 @@ def image_html(svg: str, alt: str) -> str:
     address = svg.strip().replace(">\n<", "><")
     for letter, written in {"%": "%25", "#": "%23", "\n": " ", "&": "&amp;", "'": "&#39;"}.items():
         address = address.replace(letter, written)
-    return f'<span class="figure"><img src=\'data:image/svg+xml,{address}\' alt="{escape(alt)}"></span>'
+    kind = "figure moving" if "<animate" in svg else "figure"
+    return f'<span class="{kind}"><img src=\'data:image/svg+xml,{address}\' alt="{escape(alt)}"></span>'
 
 
 def inline_svg(svg: str, prefix: str) -> str:

@@ -46,6 +46,29 @@ for (const table of document.querySelectorAll("main table")) {
   if (table.tBodies[0].rows.length >= LONG) addFilter(table);
 }
 
+// What is wider than the screen is scrolled in its box, and says so above.
+const hints = new Map();
+
+function tellWidth(box) {
+  const wide = box.scrollWidth > box.clientWidth + 1, label = box.previousElementSibling;
+  if (wide && !hints.has(box)) {
+    const hint = document.createElement("p");
+    hint.className = "hint";
+    hint.textContent = "\u2194 wider than the screen: scroll it sideways";
+    (label && label.matches("label.filter") ? label : box).before(hint);
+    hints.set(box, hint);
+  }
+  if (hints.has(box)) hints.get(box).hidden = !wide;
+  if (box.classList.contains("figure")) {
+    if (wide) box.tabIndex = 0; // so that the keyboard scrolls it
+    else box.removeAttribute("tabindex");
+  }
+}
+
+const boxes = [...document.querySelectorAll(".scroll, .figure")];
+const watcher = new ResizeObserver((seen) => seen.forEach((one) => tellWidth(one.target)));
+boxes.forEach((box) => watcher.observe(box));
+
 const tiles = document.querySelector(".tiles");
 if (tiles) {
   const button = document.createElement("button"), pictures = [...tiles.querySelectorAll("svg")];

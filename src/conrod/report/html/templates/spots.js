@@ -23,8 +23,9 @@ for (const root of document.querySelectorAll(".spots")) {
 
   function show(k) {
     ring.hidden = false;
-    ring.style.left = `${100 * across[k]}%`;
-    ring.style.top = `${100 * down[k]}%`;
+    // In lengths of the picture, which may be wider than the box that it scrolls in.
+    ring.style.left = `${figure.offsetWidth * across[k]}px`;
+    ring.style.top = `${figure.offsetHeight * down[k]}px`;
     slider.value = k;
     const [first, ...more] = texts[k].split("\n");
     slider.setAttribute("aria-valuetext", first);
@@ -42,4 +43,5 @@ for (const root of document.querySelectorAll(".spots")) {
   figure.addEventListener("pointermove", (event) => held || showNearest(event));
   figure.addEventListener("click", (event) => { held = !held; showNearest(event); });
   slider.addEventListener("input", () => show(slider.value));
+  addEventListener("resize", () => ring.hidden || show(slider.value));
 }
