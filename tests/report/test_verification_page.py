@@ -106,7 +106,7 @@ def test_page_is_one_html_document_with_its_data_at_the_end() -> None:
         page,
         re.DOTALL,
     )
-    assert r'"deviations": ["a \u003cb> & \u001b é"], "record": []}' in data
+    assert r'"deviations": ["a \u003cb> & \u001b é"], "record": [], "title": ""}' in data
     assert json.loads(data)["deviations"] == ["a <b> & \x1b é"]
     assert read_verification(page.encode()) == one
     assert "\x1b" not in page

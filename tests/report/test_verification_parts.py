@@ -29,7 +29,7 @@ def test_inputs_have_their_hash_and_the_source_that_they_state(tmp_path: Path) -
     hashes = [
         hashlib.sha256(text).hexdigest() for text in (stated.read_bytes(), b"t,x\n", SCENE.parameters_text.encode())
     ]
-    head = ("input", "SHA-256", "source, as it says itself")
+    head = ("input", "SHA-256", "stated source")
     rows = (("a.xml", hashes[0], "drawn by hand"), ("b.csv", hashes[1], "not stated"))
     own = ("parameters of saw", hashes[2], SCENE.source)
     assert parts.inputs_section([stated, silent], None) == VerificationSection((Table(head, rows),))

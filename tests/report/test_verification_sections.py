@@ -19,7 +19,7 @@ from conrod.scenes import CamFollower
 from conrod.verification.page import VerificationSection
 from conrod.verification.sections import Refinement, all_refinements, study_sections
 
-CRITERIA_HEAD = ("run", "quantity", "criterion", "found")
+CRITERIA_HEAD = ("run", "quantity", "criterion", "found", "within")
 CODE_HEAD = ("run", "quantity", "formal order", "observed", "agreement")
 SOLUTION_HEAD = (
     "run", "error", "found", "at a step of zero", "numerical uncertainty", "order of the three finest",
@@ -66,14 +66,18 @@ def test_sections_of_a_scene_state_limits_errors_and_settings() -> None:
     assert found["criteria"] == VerificationSection(
         (
             criteria(
-                ("MuJoCo tuned", "position", "0.001", "1.6e-4 (0.032 mm)"),
-                ("MuJoCo tuned", "velocity_rms", "0.002", "1.5e-4"),
-                ("MuJoCo tuned", "phase", "0.25 deg", "0.057 deg"),
-                ("MuJoCo hardened", "position", "1e-06", "n/a"),
+                ("MuJoCo tuned", "position", "1.00e-3 (0.200 mm)", "1.60e-4 (0.0320 mm)", "yes"),
+                ("MuJoCo tuned", "velocity_rms", "2.00e-3", "1.50e-4", "yes"),
+                ("MuJoCo tuned", "phase", "0.250 deg", "0.0573 deg", "yes"),
+                ("MuJoCo hardened", "position", "1.00e-6 (2.00e-4 mm)", "n/a", "n/a"),
             ),
         ),
         ("MuJoCo tuned: laws of tuned", "MuJoCo hardened: laws of hardened"),
-    )
+        {
+            "MuJoCo tuned position": "0.001", "MuJoCo tuned velocity_rms": "0.002", "MuJoCo tuned phase": "0.25 deg",
+            "MuJoCo hardened position": "1e-06",
+        },
+    )  # fmt: skip
     # Tuned claims an order of positions alone, hardened one of all three; below 1e-11 no order can be seen.
     assert found["code"] == VerificationSection(
         (
@@ -142,16 +146,20 @@ def test_sections_of_a_model_state_paths_own_run_and_refinement() -> None:
     assert found["criteria"] == VerificationSection(
         (
             criteria(
-                ("kinematic mode", "position", "1e-06", "1.0e-5 (0.0020 mm)"),
-                ("its own settings", "phase", "7.2e-05 deg", "1.1e-7 deg"),
-                ("its own settings", "velocity", "0.001", "4.0e-4"),
+                ("kinematic mode", "position", "1.00e-6 (2.00e-4 mm)", "1.00e-5 (2.00e-3 mm)", NO),
+                ("its own settings", "phase", "7.20e-5 deg", "1.15e-7 deg", "yes"),
+                ("its own settings", "velocity", "1.00e-3", "4.00e-4", "yes"),
             ),
         ),
         (
             "kinematic mode: what a model written with six digits can do, or --tolerance",
             "its own settings: --tolerance; phase and total: what a clock is allowed",
         ),
-    )
+        {
+            "kinematic mode position": "1e-06", "its own settings phase": "7.2e-05 deg",
+            "its own settings velocity": "0.001",
+        },
+    )  # fmt: skip
     proofs = (
         "2 hinges, 1 slide, 1 connect; the machine has 3 pins, 1 slide",
         "mobility 1: 3 degrees of freedom, of which closures take 2",
@@ -195,7 +203,7 @@ def test_refinements_of_a_model_use_the_steps_of_its_judged_run() -> None:
 def test_sections_of_a_model_without_runs_judge_paths_alone() -> None:
     found, deviations = study_sections(model_study(tolerance=None, runs={}, refined={}))
     (table,) = found["criteria"].tables
-    assert table == criteria(("kinematic mode", "position", "1e-06", "1.0e-5 (0.0020 mm)"))
+    assert table == criteria(("kinematic mode", "position", "1.00e-6 (2.00e-4 mm)", "1.00e-5 (2.00e-3 mm)", NO))
     assert found["criteria"].sentences == (
         "kinematic mode: what a model written with six digits can do, or --tolerance",
     )
@@ -211,13 +219,14 @@ def test_sections_of_closed_loops_are_in_si() -> None:
     assert found["criteria"] == VerificationSection(
         (
             criteria(
-                ("as it is", "position", "0.001 m", "3.0e-4 m"),
-                ("as it is", "loops", "0.001 m", "2.0e-5 m"),
-                ("tuned", "position", "0.001 m", "1.6e-4 m"),
-                ("tuned", "loops", "0.001 m", "1.0e-5 m"),
+                ("as it is", "position", "1.00e-3 m", "3.00e-4 m", "yes"),
+                ("as it is", "loops", "1.00e-3 m", "2.00e-5 m", "yes"),
+                ("tuned", "position", "1.00e-3 m", "1.61e-4 m", "yes"),
+                ("tuned", "loops", "1.00e-3 m", "1.00e-5 m", "yes"),
             ),
         ),
         ("as it is: --tolerance", "tuned: --tolerance"),
+        {f"{run} {name}": "0.001 m" for run in ("as it is", "tuned") for name in ("position", "loops")},
     )
     kinematic = (
         "kinematic mode: MuJoCo's own kinematics differ from the exact motion by position < 1e-12, over the largest "
@@ -266,8 +275,14 @@ def test_sections_of_a_table_say_its_errors_columns_and_notes() -> None:
     study = table_study()
     found, deviations = study_sections(study)
     assert found["criteria"] == VerificationSection(
-        (criteria(("the table", "position", "0.01", "0.0020 (0.40 mm)"), ("the table", "phase", "1 deg", "0.50 deg")),),
+        (
+            criteria(
+                ("the table", "position", "0.0100 (2.00 mm)", "0.00200 (0.400 mm)", "yes"),
+                ("the table", "phase", "1.00 deg", "0.500 deg", "yes"),
+            ),
+        ),
         ("the table: --tolerance; phase and total: what a clock is allowed",),
+        {"the table position": "0.01", "the table phase": "1 deg"},
     )
     assert found["code"] == VerificationSection((code(),), (NO_ORDER,))
     assert found["solution"] == VerificationSection((table_report.errors_table(study), solution()), (ONE_RUN,))

@@ -25,7 +25,8 @@ MAX_PROCESS_MEMORY = 2.0**60  # [bytes]; the largest --cell-memory
 OPTIONS, OUTPUT, RUNS = "Options", "Output", "Runs and ledger"  # headings
 # Fields of options that the command printed in a report leaves out: what the report says does not depend on them.
 FILE_FIELDS = (
-    "out", "document", "html", "baseline", "accept", "verification", "measured", "limits", "uncertainties", "model"
+    "out", "document", "html", "baseline", "accept", "verification", "title", "measured", "limits", "uncertainties",
+    "model",
 )  # fmt: skip
 
 
@@ -283,8 +284,10 @@ class VerificationOptions(JudgedOptions):
     """Options of a verb that can write a verification report."""
 
     verification: str | None = option(
-        "--verification", OUTPUT, metavar="FILE", help="Write a verification report in HTML, to sign."
+        "--verification", OUTPUT, metavar="FILE", help="Write a report to sign, named by --title TEXT."
     )
+    # Named in the line above, which leaves the help on one screen.
+    title: str | None = option("--title", OUTPUT, metavar="TEXT", hidden=True, help="Title of the report.")
     measured: str | None = option(
         "--measured", OUTPUT, metavar="TABLE", help="Measurements of the machine, for --verification."
     )

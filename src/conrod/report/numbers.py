@@ -177,6 +177,14 @@ def power_of_ten(power: int) -> str:
     return str(10**power) if power <= 3 else f"10{str(power).translate(SUPERSCRIPTS)}"
 
 
+def three_digits(value: float, plain: bool) -> str:
+    """Return a value in three significant digits: `0.0320` if plain, else `3.20e-2`."""
+    if plain:
+        return _fixed_text(round_to_digits(value, 3), 3)
+    mantissa, exponent = f"{value:.2e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
 def percent(share: float | None) -> str:
     """Return a share as a whole percentage, or as `< 1 %` or `> 99 %`."""
     if share is None:

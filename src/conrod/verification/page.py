@@ -10,7 +10,7 @@ import json
 import re
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from conrod.errors import InvalidInput
@@ -23,6 +23,7 @@ from conrod.report.template import page
 CRITERIA, SETTINGS, VALIDATION, OPEN, ABSENT = "criteria", "settings", "validation", "deviations", "absent"
 Statements: TypeAlias = dict[str, dict[str, str]]  # statements by section and row
 REPORT_MARK = "conrod-verification"
+DRAWING = "machine.svg"  # name by which the template shows the machine's drawing
 UNSEALED = b"0" * 64
 # The only place of the hash; names from users contain no tags.
 SEAL = re.compile(rb"SHA-256 of this file[^<]*<code>([0-9a-f]{64})</code>")
@@ -33,10 +34,15 @@ DATA_SCRIPT = re.compile(rf'<script type="application/json" id="{REPORT_MARK}-da
 
 @dataclass(frozen=True)
 class VerificationSection:
-    """Tables and sentences under one heading; if it does not apply, a sentence says why."""
+    """Tables and sentences under one heading; if it does not apply, a sentence says why.
+
+    Attributes:
+        full: first cell after the names of a row in all its digits, by the row's name; changes are found by these.
+    """
 
     tables: tuple[Table, ...] = ()
     sentences: tuple[str, ...] = ()
+    full: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,7 @@ class Verification:
         sections: sections by their names in the template.
         deviations: open deviations, a sentence each.
         record: changes between reports, the oldest first.
+        title: title that the user gave; empty for the subject's name.
     """
 
     subject: str
@@ -74,6 +81,12 @@ class Verification:
     sections: Mapping[str, VerificationSection]
     deviations: tuple[str, ...]
     record: tuple[ChangeRecord, ...] = ()
+    title: str = ""
+
+    @property
+    def heading(self) -> str:
+        """First heading of the page."""
+        return f"Verification report: {self.title or self.subject}"
 
 
 def statement_changes(before: Verification, after: Verification) -> tuple[str, ...]:
@@ -105,7 +118,12 @@ def _statements(of: Verification) -> Statements:
     A row is named by its leading cells, which are the same in the next report, so that two reports can be compared.
     """
     found = {
-        "report": {"on": of.subject, "verdict": of.verdict, "command": of.command},
+        "report": {
+            "on": of.subject,
+            **({"title": of.title} if of.title else {}),
+            "verdict": of.verdict,
+            "command": of.command,
+        },
         OPEN: dict.fromkeys(of.deviations, "open"),
     }
     for name, section in of.sections.items():
@@ -115,6 +133,11 @@ def _statements(of: Verification) -> Statements:
             " ".join([*([one.title] if of_engine else []), *cells[: one.names]]): "; ".join(cells[one.names :])
             for one, cells in rows
         }
+        found[name] |= {
+            row: "; ".join([exact, *found[name][row].split("; ")[1:]])
+            for row, exact in section.full.items()
+            if row in found[name]
+        }
         if name == VALIDATION:
             found[name] = {"words": "; ".join(section.sentences)}
     return found
@@ -123,16 +146,24 @@ def _statements(of: Verification) -> Statements:
 # -- the page ---------------------------------------------------------------------------------------------------------
 
 
-def sealed_page(found: Verification) -> bytes:
-    """Return the report's HTML with the SHA-256 of the same file with zeros in that place."""
+def sealed_page(found: Verification, drawing: str = "") -> bytes:
+    """Return the report's HTML with the SHA-256 of the same file with zeros in that place.
+
+    Args:
+        found: contents of the report.
+        drawing: SVG of the machine; empty for none.
+    """
     measured = len(found.sections["validation"].sentences) > 1
     text = page(
-        "verification", sys.modules[__name__], found=found, digest=UNSEALED.decode(), measured=measured
+        "verification", sys.modules[__name__], found=found, digest=UNSEALED.decode(), measured=measured,
+        drawing=DRAWING if drawing else "",
     ).text  # fmt: skip
-    place = Place("verification", 0, lambda name, alt: None, lambda name: None)
-    html = html_page.html_document(
-        [html_page.PageSection("verification", f"Verification report: {found.subject}", render_html(text, place))]
-    )
+
+    def figure(name: str, alt: str) -> str | None:
+        return html_page.image_html(drawing, alt) if drawing and name == DRAWING else None
+
+    place = Place("verification", 0, figure, lambda name: None)
+    html = html_page.html_document([html_page.PageSection("verification", found.heading, render_html(text, place))])
     # In a script only its end tag is markup.
     data = json.dumps(plain_findings(found), ensure_ascii=False).replace("<", "\\u003c")
     data = "".join(letter if letter == safe_html(letter) else json.dumps(letter)[1:-1] for letter in data)

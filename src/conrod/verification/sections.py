@@ -18,6 +18,7 @@ from conrod.models.loops import report as loops
 from conrod.models.tables import report as trajectory
 from conrod.models.tables.study import TableStudy
 from conrod.report import numbers
+from conrod.report.numbers import ROUNDING
 from conrod.report.results import engine_and_preset
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.studies.validation import tables
@@ -115,12 +116,12 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
     """Return the sections that a study itself fills, by name, and its open deviations."""
     refined, lengths = list(all_refinements(study)), {} if isinstance(study, LoopStudy) else study.scene.lengths
     judged = _run_criteria(study)
-    rows = [
-        (run, name, _criterion_text(name, allowed, lengths), _error_text(name, of(name), lengths))
-        for run, limits, of, _ in judged
-        for name, allowed in limits.items()
-    ]
-    criteria = table(("run", "quantity", "criterion", "found"), rows, ("criterion", "found"), names=2)
+    rows, full = [], {}
+    for run, limits, of, _ in judged:
+        for name, allowed in limits.items():
+            rows.append((run, name, *criterion_cells(name, allowed, of(name), lengths)))
+            full[f"{run} {name}"] = _criterion_text(name, allowed, lengths)
+    criteria = table(("run", "quantity", "criterion", "found", "within"), rows, ("criterion", "found"), names=2)
     laws = dict.fromkeys(f"{run}: {law}" for run, limits, _, law in judged if limits)
     orders = [(one.run, one.quantity, str(one.formal), *_order_cells(one)) for one in refined if one.formal]
     results, settings, proofs = _kind_sections(study)
@@ -128,7 +129,7 @@ def study_sections(study: Any) -> tuple[dict[str, VerificationSection], list[str
     planted = _qualifications(study)
     noticed = (tables.noticed_table("defects", planted),) if planted else ()
     found = {
-        CRITERIA: VerificationSection((criteria,), tuple(laws) or (NO_CRITERION,)),
+        CRITERIA: VerificationSection((criteria,), tuple(laws) or (NO_CRITERION,), full),
         "code": VerificationSection(
             (code, *noticed), (*proofs, *(() if code else ("no formal order is claimed for these runs",)))
         ),
@@ -166,6 +167,33 @@ def _error_text(name: str, size: float | None, lengths: Mapping[str, float]) -> 
     if lengths or size is None:
         return numbers.error(name, size, lengths)
     return f"{numbers.measured_text(size)} {unit_in_prose(SECTION_UNITS[name])}"
+
+
+def criterion_cells(
+    name: str, allowed: float, size: float | None, lengths: Mapping[str, float]
+) -> tuple[Cell, Cell, Cell]:
+    """Return a criterion and what was found, in equal digits and notation, and whether it is within."""
+    factor, unit = 1.0, "" if lengths else f" {unit_in_prose(SECTION_UNITS.get(name, ''))}"
+    if name == "phase":
+        factor, unit = numbers.SHOWN_UNITS["rad"][1], " deg"
+    texts = _texts_alike(allowed, size, factor, unit)
+    if name in numbers.QUANTITIES_OVER_L and lengths:
+        # Several points have several L: the largest of these gives a bound.
+        bound = "<= " if len(set(lengths.values())) > 1 else ""
+        in_mm = _texts_alike(allowed, size, 1e3 * max(lengths.values()), " mm")
+        texts = [f"{text} ({bound if mm[0].isdigit() else ''}{mm})" for text, mm in zip(texts, in_mm, strict=True)]
+    if size is None:
+        return texts[0], numbers.MISSING, numbers.MISSING
+    return texts[0], texts[1], "yes" if size <= allowed else ColouredCell("NO", "bad")
+
+
+def _texts_alike(allowed: float, size: float | None, factor: float, unit: str) -> list[str]:
+    """Return two sizes in three digits, both with an exponent if one needs it; of an error below rounding a bound."""
+    shown = [size] if size is not None and math.isfinite(size) and size >= ROUNDING else []
+    sizes = [factor * one for one in (allowed, *shown)]
+    plain = all(numbers.PLAIN_RANGE[0] <= one < numbers.PLAIN_RANGE[1] for one in sizes)
+    found = [numbers.three_digits(one, plain) + unit for one in sizes]
+    return found if shown else [*found, f"{numbers.scaled_text(size, factor)}{unit if size is not None else ''}"]
 
 
 def _criterion_text(name: str, allowed: float, lengths: Mapping[str, float]) -> str:

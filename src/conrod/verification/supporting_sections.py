@@ -16,6 +16,7 @@ from conrod.models.invariances.results import InvarianceStudy
 from conrod.models.tables import report as trajectory
 from conrod.models.tables.study import TableStudy
 from conrod.report import numbers
+from conrod.report.results import parameters_table, scene_description
 from conrod.report.table import table
 from conrod.scenes import Scene
 from conrod.studies.limits.results import LimitStudy
@@ -34,7 +35,20 @@ def inputs_section(files: Sequence[Path], scene: Scene | None) -> VerificationSe
     rows = [(name, sha256(content), stated_source(content) or "not stated") for name, content in contents]
     if scene is not None:
         rows.append((f"parameters of {scene.kind}", sha256(scene.parameters_text.encode()), scene.source))
-    return VerificationSection((table(("input", "SHA-256", "source, as it says itself"), rows),))
+    return VerificationSection((table(("input", "SHA-256", "stated source"), rows),))
+
+
+def machine_section(scene: Scene, changed: Sequence[str]) -> VerificationSection:
+    """Return the section on the machine: what it is, its speed, and all its parameters with masses.
+
+    Args:
+        scene: the machine.
+        changed: parameters that the user gave, as typed: `crank=80mm`.
+    """
+    speed = " ".join(numbers.in_shown_unit(scene.speed, "rad/s"))
+    other = f", with {', '.join(changed)}" if changed else ""
+    words = (f"{scene.title} at {speed}{other}.", scene_description(scene))
+    return VerificationSection((parameters_table(scene),), tuple(dict.fromkeys(words)))
 
 
 def software_section(study: Any) -> VerificationSection:

@@ -26,6 +26,7 @@ from conrod.models.tables.columns import column_request
 from conrod.models.tables.estimation import check_estimated
 from conrod.models.tables.reading import read_table
 from conrod.models.tables.study import TableStudy, study_table
+from conrod.report.drawing.drawing import mechanism_svg
 from conrod.report.findings import Findings
 from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.scenes import Scene
@@ -45,6 +46,7 @@ from conrod.verification.page import (
 from conrod.verification.sections import study_sections
 from conrod.verification.supporting_sections import MEASUREMENTS
 
+MAX_TITLE = 120  # letters of --title
 NOT_SHOWN = ("verification", "out", "document", "html", "baseline", "accept")
 
 
@@ -81,6 +83,10 @@ class Dossier:
         """
         if len(subjects) != 1 or len(scenes) > 1:
             raise InvalidInput("--verification: a verification report is on one machine or file: name it")
+        if asked.title is not None and not (asked.title.strip() and asked.title.isprintable()):
+            raise InvalidInput(f"--title {asked.title!r}: give a line of printable letters")
+        if len(asked.title or "") > MAX_TITLE:
+            raise InvalidInput(f"--title: it has {len(asked.title or '')} letters; at most {MAX_TITLE} are shown")
         scene = next(iter(scenes.values()), None)
         beside = {
             f"the input {name}": Path(name) for name in _named_paths(asked, subjects[0])[1:] if Path(name).is_file()
@@ -102,12 +108,16 @@ class Dossier:
                 *([ChangeRecord(valid_seal(self.before) or "", report.made, changed)] if changed else []),
             )
             report = replace(report, made=report.made if changed else old.made, record=record)
-        write_together([single_file(self.file, sealed_page(report))])
+        drawing = "" if self.scene is None else mechanism_svg(self.scene)
+        write_together([single_file(self.file, sealed_page(report, drawing))])
         say(f"report: {self.file}")
 
     def _report(self, study: Any, verdict: str) -> Verification:
         scene, subject, data = self.scene, self.subject, self.uncertainties.get(MEASUREMENTS)
         found, deviations = study_sections(study)
+        if scene is not None:
+            changed = getattr(self.asked, "assignments", ())
+            found = {"machine": supporting_sections.machine_section(scene, changed), **found}
         lengths = {name: size for name, size in self.uncertainties.items() if name != MEASUREMENTS}
         found["parameters"], moves, place = supporting_sections.parameters_section(
             scene, lengths, _length_deviations(study)
@@ -125,7 +135,8 @@ class Dossier:
         command = reproduction(self.command, {"": subject}, given, target).command_for("")
         deviations += [*moves, *([verdict] if study.passed is False else [])]
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
-        return Verification(Path(subject).name, verdict, made, command, found, tuple(deviations))
+        title = self.asked.title or ""
+        return Verification(Path(subject).name, verdict, made, command, found, tuple(deviations), title=title)
 
     def _invariances(self, study: Any) -> InvarianceStudy | str:
         """Invariances of the model; a sentence where it has none."""

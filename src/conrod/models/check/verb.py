@@ -95,11 +95,12 @@ TABLE = ("columns", "estimate")
 TORQUE_RUN = ("torque", "start")
 LEDGER_OPTIONS = ("fresh", "ledger")  # of models alone
 RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
-WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "measured", "limits", "uncertainties")
-MEASUREMENTS = ("measured", "limits", "uncertainties")
+WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "title", "measured", "limits", "uncertainties")
+MEASUREMENTS = ("title", "measured", "limits", "uncertainties")
 WITH_DRIVE = (
     *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--unit"),
-    *("--engine", "--out", "--html", "--verification", "--json", "--baseline", "--accept", "--fresh", "--ledger"),
+    *("--engine", "--out", "--html", "--verification", "--title", "--json", "--baseline", "--accept"),
+    *("--fresh", "--ledger"),
 )
 
 

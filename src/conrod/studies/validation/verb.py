@@ -103,13 +103,13 @@ def with_project_settings(asked: ValidateOptions) -> ValidateOptions:
     return filled
 
 
-MEASUREMENTS = ("measured", "limits", "uncertainties", "columns", "units", "estimate")
+MEASUREMENTS = ("title", "measured", "limits", "uncertainties", "columns", "units", "estimate")
 TAKEN_IN_SPACE = (
-    *("--engine", "--tolerance", "--out", "--html", "--json", "--verification"),
+    *("--engine", "--tolerance", "--out", "--html", "--json", "--verification", "--title"),
     *("--baseline", "--accept"),
 )
 
-TAKEN_FIELDS = ("out", "document", "html", "tolerance", "verification", "baseline", "accept")
+TAKEN_FIELDS = ("out", "document", "html", "tolerance", "verification", "title", "baseline", "accept")
 
 
 def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
