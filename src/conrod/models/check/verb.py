@@ -98,9 +98,8 @@ RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
 WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "title", "measured", "limits", "uncertainties")
 MEASUREMENTS = ("title", "measured", "limits", "uncertainties")
 WITH_DRIVE = (
-    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--unit"),
-    *("--engine", "--out", "--html", "--verification", "--title", "--json", "--baseline", "--accept"),
-    *("--fresh", "--ledger"),
+    *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--unit", "--engine"),
+    *("--out", "--html", "--verification", "--title", "--json", "--baseline", "--accept", "--fresh", "--ledger"),
 )
 
 
