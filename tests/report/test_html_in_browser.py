@@ -130,9 +130,9 @@ def test_slider_moves_by_keyboard_and_by_the_play_button(page: Any, folder: Path
 
 def test_table_sorts_by_a_click_on_its_heading(page: Any, folder: Path) -> None:
     open_page(page, folder / "r.html")
-    rows = "return [...document.querySelector('main table').tBodies[0].rows].map((row) => row.cells[4].textContent)"
+    rows = "return [...document.querySelector('main table').tBodies[0].rows].map((row) => row.cells[5].textContent)"
     before = page.execute_script(rows)
-    page.execute_script("document.querySelectorAll('main table th button')[4].click()")
+    page.execute_script("document.querySelectorAll('main table th button')[5].click()")
     numbers = [float(text.lstrip("< ")) for text in page.execute_script(rows)]
     assert numbers == sorted(numbers)
     assert sorted(before) == sorted(page.execute_script(rows))
