@@ -31,7 +31,7 @@ FLOORS = (
     "verification < guide < cli"
 )
 LEVEL = {room: level for level, rooms in enumerate(FLOORS.split(" < ")) for room in rooms.split(", ")}
-AT_THE_ROOT = {"__init__", "__main__", "crash", "errors", "slices", "testing"}
+AT_THE_ROOT = {"__init__", "__main__", "crash", "errors", "slices", "system", "testing"}
 
 # Who may not import whom: (importers, imported, why). A name stands for a module and all below it.
 FORBIDDEN = [
@@ -263,7 +263,7 @@ def test_no_module_has_more_than_400_lines() -> None:
     assert long == []
 
 
-MOST_FILES = 49
+MOST_FILES = 50  # one of them is `system.py`, which alone knows what differs between operating systems
 COUNTING = """
 import sys, threading
 called = set()

@@ -6,11 +6,12 @@ Exit status 1 says "out of tolerance" alone. `CONROD_DEBUG=1` shows the tracebac
 from __future__ import annotations
 
 import os
-import resource
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from conrod.system import address_space_limit
 
 # Exit statuses: 1 and 2 are those of a verdict and of bad usage.
 USAGE, INTERNAL, INTERRUPTED, BROKEN_PIPE = 2, 3, 130, 141
@@ -43,8 +44,8 @@ def run_guarded(run: Callable[[], object]) -> None:
 
 def out_of_memory() -> str:
     """Say that memory ran out, with the limit on address space, if any."""
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    allowed = "" if limit == resource.RLIM_INFINITY else f"; {limit >> 20} MiB are allowed here (ulimit -v)"
+    limit = address_space_limit()
+    allowed = "" if limit is None else f"; {limit >> 20} MiB are allowed here (ulimit -v)"
     return f"out of memory: fewer --steps-per-rev or --revolutions{allowed}"
 
 

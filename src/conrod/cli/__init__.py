@@ -133,7 +133,8 @@ def _prepare() -> None:
     """Prepare the process: streams that any locale can print to, SIGTERM as Ctrl-C, one thread, a safe import path."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a locale without "²" shows the rest
+            # A locale without "²" shows the rest; lines end alike on all systems, for a table may be read by others.
+            stream.reconfigure(errors="replace", newline="\n")
     # What a batch system or `timeout` sends ends it as Ctrl-C does: with what is under way undone.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     os.environ.update({**ONE_THREAD, **os.environ, **SAFE_PATH})

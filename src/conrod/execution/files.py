@@ -18,7 +18,7 @@ def file_to_write(text: str, option: str) -> Path:
     Raises:
         InvalidInput: the file cannot be written, or would replace something that is no output.
     """
-    if text.strip() in ("", "-") or text.endswith(os.sep):
+    if text.strip() in ("", "-") or text.endswith(("/", os.sep)):
         raise InvalidInput(f"{option} {text!r}: give the name of a file")
     path, real = Path(text), own_path(Path(text))
     if is_special_file(real):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import os
 import shutil
@@ -10,12 +9,13 @@ import sqlite3
 import tempfile
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.execution.case import CACHE_VERSION
 from conrod.execution.writing import own_path
+from conrod.system import PLAIN_FILE, lock_byte, unlock_byte
 
 # 'crod' in ASCII: tells a ledger from any other SQLite file.
 APPLICATION_ID = 0x63726F64
@@ -244,7 +244,7 @@ class Claims:
     """Claims of this process on the runs it makes, so that no other process on the ledger makes them too.
 
     A claim is a lock on a byte of a file beside the ledger, and so ends with the process that has it, however that
-    ends. Where the file system has no locks all claims are granted, and work may be done twice.
+    ends. Where the system or the file system has no locks all claims are granted, and work may be done twice.
 
     Attributes:
         path: path of the file; the first claim makes it, and it is never removed: another process may have it open.
@@ -258,17 +258,16 @@ class Claims:
         """Claim a name; return False if another process has claimed it."""
         try:
             if self._file is None:
-                self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
-            fcntl.lockf(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, _claim_offset(name))
-        except OSError as error:  # else it cannot be opened, or the file system has no locks
+                self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | PLAIN_FILE, 0o666)
+            lock_byte(self._file, _claim_offset(name))
+        except OSError as error:  # else it cannot be opened, or there are no locks
             return not (self._file is not None and isinstance(error, BlockingIOError | PermissionError))
         return True
 
     def give_back(self, name: str) -> None:
         """Release a name, so that other processes can claim it."""
         if self._file is not None:
-            with suppress(OSError):
-                fcntl.lockf(self._file, fcntl.LOCK_UN, 1, _claim_offset(name))
+            unlock_byte(self._file, _claim_offset(name))
 
     def close(self) -> None:
         """Release all names."""

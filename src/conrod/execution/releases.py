@@ -8,7 +8,6 @@ imported from the paths of this process (`WorkerProcess`), so that two environme
 from __future__ import annotations
 
 import hashlib
-import os
 import platform
 import stat
 import subprocess
@@ -28,7 +27,8 @@ from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.execution.run import RunCase, RunResult, measure
 from conrod.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
-from conrod.execution.writing import ROOT_UID, real_path
+from conrod.execution.writing import real_path
+from conrod.system import ROOT_UID, interpreter_in, user_id
 
 INSTALL_TIMEOUT = 600.0  # [s] for a command of an installation
 IMPORT_TIMEOUT = 120.0  # [s] for the import of an engine
@@ -90,7 +90,7 @@ def check_no_other_writer(folder: Path) -> None:
     """
     for place in (folder, *folder.parents):
         found = place.lstat()
-        if found.st_uid not in (os.geteuid(), ROOT_UID):
+        if found.st_uid not in (user_id(), ROOT_UID):
             why = f"{place} belongs to another user (uid {found.st_uid})"
         elif stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
             why = f"all may write into {place}"
@@ -121,7 +121,7 @@ def _engine_version(engine: str) -> str:
 
 def interpreter_path(folder: Path) -> Path:
     """Return the path of an environment's interpreter."""
-    return folder / "bin" / "python"
+    return interpreter_in(folder)
 
 
 def _run_command(command: Sequence[str]) -> None:

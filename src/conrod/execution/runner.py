@@ -16,6 +16,7 @@ from conrod.execution.ledger import Ledger, default_ledger_path
 from conrod.execution.local import LocalProcesses, RetryingExecutor
 from conrod.execution.run import RunCase
 from conrod.execution.worker_process import allocate_blas_buffer
+from conrod.system import can_limit_memory
 
 if TYPE_CHECKING:
     from conrod.execution.releases import VersionCase
@@ -60,7 +61,13 @@ class Runs:
         return default_ledger_path() if self.ledger is None else Path(self.ledger)
 
     def processes(self, jobs: int | None = None, interpreter: str | None = None) -> LocalProcesses:
-        """Return an executor in processes of this machine, by default with `self.jobs` of them."""
+        """Return an executor in processes of this machine, by default with `self.jobs` of them.
+
+        Raises:
+            InvalidInput: runs are to be limited in memory, which this system cannot do.
+        """
+        if self.memory is not None and not can_limit_memory():
+            raise InvalidInput("--cell-memory: this system cannot limit the memory of a run; leave it out")
         jobs = jobs or (available_cores() if self.jobs is None else self.jobs)
         return LocalProcesses(jobs, timeout=self.timeout, memory=self.memory, interpreter=interpreter)
 

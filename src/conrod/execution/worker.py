@@ -5,11 +5,8 @@ A worker that runs many cases of one scene computes the scene's tables once.
 
 from __future__ import annotations
 
-import fcntl
 import os
 import pickle
-import resource
-import signal
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,6 +23,13 @@ from conrod.errors import InvalidInput, portable
 from conrod.execution.case import Case, CaseResult
 from conrod.execution.local import FailedCall
 from conrod.scenes import Scene
+from conrod.system import (
+    address_space_limit,
+    end_own_group,
+    inherited_connection,
+    limit_address_space,
+    used_address_space,
+)
 
 Result = TypeVar("Result")
 AnyCase = TypeVar("AnyCase", bound=Case)
@@ -82,15 +86,11 @@ def main(pipe: int, memory: int | None) -> None:
     """Serve calls until the owner, the process that started this one, ends.
 
     Args:
-        pipe: file descriptor of the owner's connection.
+        pipe: file descriptor of the owner's connection; on Windows its handle.
         memory: address space that a call may take beyond what this process has when it begins [bytes].
     """
     engines.load_plugin = engines.load_plugin_here  # here an engine can harm this process alone
-    # Closed in processes that an engine starts, and out of the way of its own descriptors.
-    least = min(MIN_DESCRIPTOR, resource.getrlimit(resource.RLIMIT_NOFILE)[0] // 2)
-    hidden = fcntl.fcntl(pipe, fcntl.F_DUPFD_CLOEXEC, least)
-    os.close(pipe)
-    owner, calls, served_by = Connection(hidden), SimpleQueue[bytes](), os.getpid()
+    owner, calls, served_by = inherited_connection(pipe, MIN_DESCRIPTOR), SimpleQueue[bytes](), os.getpid()
     threading.Thread(target=_receive_calls, args=(owner, calls), daemon=True).start()
     reserve = bytearray(0 if memory is None else RESERVED_BYTES)
     while True:
@@ -109,14 +109,7 @@ def _receive_calls(owner: Connection, calls: SimpleQueue[bytes]) -> None:
         try:
             calls.put(owner.recv_bytes())
         except (EOFError, OSError):
-            _end_process_group()
-
-
-def _end_process_group() -> None:
-    """End this process and all processes that an engine has forked from it."""
-    if os.getpgrp() == os.getpid():
-        os.killpg(os.getpid(), signal.SIGKILL)
-    os._exit(0)
+            end_own_group()
 
 
 def _answer_call(call: bytes, reserve: bytearray, memory: int | None) -> bytes:
@@ -129,7 +122,7 @@ def _answer_call(call: bytes, reserve: bytearray, memory: int | None) -> bytes:
     try:
         function, arguments, named = pickle.loads(call)
         if memory is not None:
-            _limit_address_space(used_address_space() + memory)
+            limit_address_space(used_address_space() + memory)
         # Pickled within the limits, too: a result that is too large to send has not been given.
         return pickle.dumps((True, function(*arguments, **named)))
     except Exception as error:  # of any kind: it is raised again in the owner
@@ -152,28 +145,12 @@ OUT_OF_MEMORY_MESSAGES = ("allocate memory", "insufficient memory", "failed to m
 LIBRARY_ERRORS = (ImportError, OSError, RuntimeError, ValueError)
 
 
-def used_address_space() -> int:
-    """Address space that this process uses [bytes]; 0 if the system does not say."""
-    try:
-        with open("/proc/self/statm", encoding="ascii") as file:
-            return int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
-    except FileNotFoundError:
-        return 0
-
-
-def _limit_address_space(memory: int) -> None:
-    """Limit the address space [bytes] of this process, within its hard limit."""
-    _, hard = resource.getrlimit(resource.RLIMIT_AS)
-    soft = memory if hard == resource.RLIM_INFINITY else min(memory, hard)
-    resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
-
-
 def _is_out_of_memory(error: Exception) -> bool:
     """True if an error was caused by the memory limit; call it before the process frees memory."""
     if isinstance(error, MemoryError):
         return True
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit == resource.RLIM_INFINITY or isinstance(error, InvalidInput):
+    limit = address_space_limit()
+    if limit is None or isinstance(error, InvalidInput):
         return False
     says_so = any(part in str(error) for part in OUT_OF_MEMORY_MESSAGES)
     return says_so or (isinstance(error, LIBRARY_ERRORS) and limit - used_address_space() < MIN_SPARE_BYTES)

@@ -11,7 +11,6 @@ import codecs
 import mmap
 import os
 import pickle
-import resource
 import signal
 import subprocess
 import sys
@@ -27,6 +26,7 @@ from typing import IO, Any, TypeVar
 from conrod import ONE_THREAD, SAFE_PATH
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import COMMANDING_CHARACTERS, InvalidInput
+from conrod.system import EXTERNAL_KILLS, address_space_limit, kill_group, popen_arguments
 
 Result = TypeVar("Result")
 
@@ -37,8 +37,6 @@ MAX_MESSAGE_BYTES = 1 << 29
 MIN_TIMEOUT, MAX_TIMEOUT = 0.1, 2e6  # [s]; the wait for a connection takes no larger number
 # The folder that this conrod is imported from.
 SOURCE_FOLDER = str(Path(__file__).parents[3])
-# Exit status after a signal that a kernel short of memory, a batch system or a person sends; engines do not send them.
-EXTERNAL_KILLS = {-signal.SIGKILL, -signal.SIGTERM}
 
 
 @dataclass(frozen=True)
@@ -121,11 +119,8 @@ class WorkerProcess:
                 # Text that an engine prints is no output of the command, and must not command a terminal.
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                pass_fds=[theirs.fileno()],
                 env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before)},
-                # In a new session: the owner answers Ctrl-C at the terminal, and processes that an engine forks end
-                # with the group.
-                start_new_session=True,
+                **popen_arguments(theirs.fileno()),
             )
         except OSError as error:
             raise InvalidInput(f"a worker process cannot start: {error.strerror or error}") from None
@@ -176,9 +171,8 @@ class WorkerProcess:
     def kill(self) -> None:
         """Kill the process and all that it has forked; a call in progress raises WorkerDied."""
         self._killed = True
-        # Forked processes are in its group, and would hold the owner's output open; the group may be empty.
-        with suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._process.pid, signal.SIGKILL)
+        # Forked processes are in its group, and would hold the owner's output open.
+        kill_group(self._process.pid)
         self._process.kill()
 
     def end(self) -> None:
@@ -270,8 +264,8 @@ def allocate_blas_buffer() -> None:
     Raises:
         InvalidInput: there is too little address space.
     """
-    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if limit == resource.RLIM_INFINITY:
+    limit = address_space_limit()
+    if limit is None:
         return
     try:
         mmap.mmap(-1, BLAS_BUFFER_BYTES).close()

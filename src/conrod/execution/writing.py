@@ -17,13 +17,13 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
 from conrod.errors import InvalidInput
+from conrod.system import ROOT_UID, HeldFolder, set_permissions, user_id
 
 # Temporary files; folders of this prefix, which earlier versions left, are never looked into.
 TEMPORARY_PREFIX = ".conrod-"
 _TEMPORARY_NAME = re.compile(re.escape(TEMPORARY_PREFIX) + "[0-9a-f]{16}")
 ABANDONED_AGE = 3600.0  # [s]: no writer keeps a temporary file for so long
 MAX_LINKS = 40  # in a path, as the kernel allows
-ROOT_UID = 0  # uid
 
 
 @dataclass(frozen=True)
@@ -75,23 +75,23 @@ class _Change:
 
     Attributes:
         name: name in the batch's folder, for messages.
-        folder: descriptor of the folder that the file is in.
+        folder: the folder that the file is in.
         last: the file's name there.
         temporary: name of the temporary file with the new content; None if the file is to be removed.
     """
 
     name: str
-    folder: int
+    folder: HeldFolder
     last: str
     temporary: str | None
 
 
 class _Folder:
-    """A folder held by descriptors, so that a link put there later cannot lead elsewhere."""
+    """A folder whose files are written together, held open with all below it."""
 
     def __init__(self, path: Path, made: ExitStack) -> None:
         self.path, self._made = own_path(path), made
-        self._opened: dict[PurePath, int] = {}
+        self._opened: dict[PurePath, HeldFolder] = {}
         self._meanwhile, self._changes = list[_Change](), list[_Change]()
 
     def __enter__(self) -> _Folder:
@@ -99,16 +99,16 @@ class _Folder:
             for missing in reversed([p for p in (self.path, *self.path.parents) if not p.exists()]):
                 self._made.callback(_remove_empty, missing)
                 missing.mkdir(exist_ok=True)
-            self._opened[PurePath()] = os.open(self.path, _OPEN_FOLDER)
+            self._opened[PurePath()] = HeldFolder(self.path)
         return self
 
     def __exit__(self, *_: object) -> None:
         for change in (*self._meanwhile, *self._changes):
             if change.temporary is not None:
                 with suppress(OSError):  # nearly always: it has been put in place
-                    os.unlink(change.temporary, dir_fd=change.folder)
-        for descriptor in self._opened.values():
-            os.close(descriptor)
+                    change.folder.unlink(change.temporary)
+        for folder in self._opened.values():
+            folder.close()
 
     def stage(self, batch: Batch) -> None:
         """Write the changed files of a batch into temporary files."""
@@ -137,17 +137,17 @@ class _Folder:
         with name_file_in_errors(self.path / name):
             return _read_content(*self._locate(name))
 
-    def _locate(self, name: str) -> tuple[int, str]:
-        """Open a file's folder, created if missing; return its descriptor, and the file's name in it."""
+    def _locate(self, name: str) -> tuple[HeldFolder, str]:
+        """Open a file's folder, created if missing; return it, and the file's name in it."""
         *folders, last = PurePath(name).parts
         here = PurePath()
         for part in folders:
             above, here = self._opened[here], here / part
             if here not in self._opened:
                 with suppress(FileExistsError):
-                    os.mkdir(part, dir_fd=above)
+                    above.mkdir(part)
                     self._made.callback(_remove_empty, self.path / here)
-                self._opened[here] = os.open(part, _OPEN_FOLDER, dir_fd=above)
+                self._opened[here] = HeldFolder(Path(part), above)
         return self._opened[here], last
 
     def put_in_place(self, interrupted: bool = False) -> None:
@@ -164,13 +164,8 @@ class _Folder:
                     except FileNotFoundError:
                         if not interrupted:
                             raise
-            for descriptor in self._opened.values() if changes else ():
-                with suppress(OSError):  # of a file system that cannot
-                    os.fsync(descriptor)
-
-
-_OPEN_FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW | os.O_CLOEXEC
-_CREATE_FILE = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+            for folder in self._opened.values() if changes else ():
+                folder.sync()
 
 
 def _bytes(content: str | bytes) -> bytes:
@@ -180,12 +175,12 @@ def _bytes(content: str | bytes) -> bytes:
 
 def _write_temporary(change: _Change, content: bytes) -> None:
     """Write a temporary file to the disk, with the permissions of the file that it replaces."""
-    descriptor = os.open(str(change.temporary), _CREATE_FILE, 0o666, dir_fd=change.folder)
+    descriptor = change.folder.open(str(change.temporary), os.O_WRONLY | os.O_CREAT | os.O_EXCL)
     with os.fdopen(descriptor, "wb") as file:
         with suppress(OSError):
-            before = os.stat(change.last, dir_fd=change.folder, follow_symlinks=False)
+            before = change.folder.stat(change.last)
             if stat.S_ISREG(before.st_mode):
-                os.fchmod(descriptor, stat.S_IMODE(before.st_mode) & 0o777)
+                set_permissions(descriptor, before.st_mode)
         file.write(content)
         file.flush()
         os.fsync(descriptor)
@@ -194,16 +189,16 @@ def _write_temporary(change: _Change, content: bytes) -> None:
 
 def _rename_or_remove(change: _Change) -> None:
     if change.temporary is not None:
-        os.replace(change.temporary, change.last, src_dir_fd=change.folder, dst_dir_fd=change.folder)
+        change.folder.replace(change.temporary, change.last)
         return
     with suppress(FileNotFoundError):
-        os.unlink(change.last, dir_fd=change.folder)
+        change.folder.unlink(change.last)
 
 
-def _read_content(folder: int, name: str) -> bytes | None:
+def _read_content(folder: HeldFolder, name: str) -> bytes | None:
     """Content of a regular file; None if the file is missing."""
     try:
-        descriptor = os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=folder)
+        descriptor = folder.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     except OSError as error:
         if error.errno in (errno.ENOENT, errno.ELOOP, errno.ENXIO):  # nothing, a link, a pipe or socket
             return None
@@ -215,14 +210,14 @@ def _read_content(folder: int, name: str) -> bytes | None:
         return file.read() if stat.S_ISREG(found) else None
 
 
-def _remove_abandoned(folder: int, before: float) -> None:
+def _remove_abandoned(folder: HeldFolder, before: float) -> None:
     """Remove this user's temporary files older than a time [s], left by killed processes."""
-    for name in os.listdir(folder):
+    for name in folder.names():
         with suppress(OSError):
             if _TEMPORARY_NAME.fullmatch(name):
-                found = os.stat(name, dir_fd=folder, follow_symlinks=False)
-                if stat.S_ISREG(found.st_mode) and found.st_uid == os.geteuid() and found.st_mtime < before:
-                    os.unlink(name, dir_fd=folder)
+                found = folder.stat(name)
+                if stat.S_ISREG(found.st_mode) and found.st_uid == user_id() and found.st_mtime < before:
+                    folder.unlink(name)
 
 
 def _remove_empty(folder: Path) -> None:
@@ -245,7 +240,8 @@ def own_path(path: Path) -> Path:
     Raises:
         InvalidInput: another user's link is on the way, by which the file would get where that user wants it.
     """
-    here, left, links = Path("/"), list(reversed((Path.cwd() / path).parts[1:])), 0
+    full = Path.cwd() / path
+    here, left, links = Path(full.anchor), list(reversed(full.parts[1:])), 0
     while left and links < MAX_LINKS:
         part = left.pop()
         place = here.parent if part == ".." else here / part
@@ -256,12 +252,12 @@ def own_path(path: Path) -> Path:
         if found is None or not stat.S_ISLNK(found.st_mode):
             here = place
             continue
-        if found.st_uid not in (os.geteuid(), ROOT_UID):
+        if found.st_uid not in (user_id(), ROOT_UID):
             owner = f"a link of another user (uid {found.st_uid})"
             raise InvalidInput(f"cannot write {path}: {place} is {owner}; name the place that it leads to")
         links += 1
         target = PurePath(os.readlink(place))
-        here = Path("/") if target.is_absolute() else here
+        here = Path(target.anchor) if target.is_absolute() else here
         left += reversed(target.parts[1:] if target.is_absolute() else target.parts)
     return here if not left else real_path(path)
 

@@ -43,8 +43,9 @@ class Document:
             raise InvalidInput(f"{path}: compiled from its text it is another model ({other})")
 
     def text_with(self, edits: Sequence[str]) -> bytes:
-        """The file's text with edits appended before its end."""
-        lines = "".join(f"  {edit}\n" for edit in edits)
+        """The file's text with edits appended before its end, in lines that end as the file's do."""
+        line_end = "\r\n" if b"\r\n" in self._content else "\n"
+        lines = "".join(f"  {edit}{line_end}" for edit in edits)
         return self._content[: self._end] + lines.encode() + self._content[self._end :]
 
     def recompile_difference(self, folder: Path, edits: Sequence[str] = ()) -> str:

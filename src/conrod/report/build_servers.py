@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 from xml.etree import ElementTree
 
 from conrod.comparison.plain_values import json_document
@@ -15,6 +14,7 @@ from conrod.errors import COMMANDING_CHARACTERS
 from conrod.report.findings import Findings, findings_passed
 from conrod.report.results import engine_and_preset, verdict_words
 from conrod.report.table import visible_text
+from conrod.system import file_address
 
 SARIF_SCHEMA = "https://json.schemastore.org/sarif-2.1.0.json"
 OUT_OF_TOLERANCE = "out-of-tolerance"
@@ -85,7 +85,12 @@ def sarif_text(found: Findings[Any]) -> str:
             "level": "error",
             "message": {"text": f"{one.part}, {one.name}: {one.words}".translate(COMMANDING_CHARACTERS)},
             "locations": [
-                {"physicalLocation": {"artifactLocation": {"uri": _address(one.part)}, "region": {"startLine": 1}}}
+                {
+                    "physicalLocation": {
+                        "artifactLocation": {"uri": file_address(Path(one.part))},
+                        "region": {"startLine": 1},
+                    }
+                }
             ],
         }
         for one in build_verdicts(found)
@@ -93,12 +98,6 @@ def sarif_text(found: Findings[Any]) -> str:
     ]
     tool = {"driver": {"name": f"conrod {found.kind.name}", "version": version("conrod"), "rules": [rule]}}
     return json_document({"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [{"tool": tool, "results": results}]})
-
-
-def _address(part: str) -> str:
-    """Return a file or a scene's name as the address of an artifact."""
-    path = Path(part)
-    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
 
 
 def results_text(file: Path, found: Findings[Any]) -> str:

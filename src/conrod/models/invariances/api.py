@@ -104,7 +104,7 @@ def invariances_of_scene(
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder, f"{name}.xml")
-        path.write_text(standalone_mjcf(name, scene, None), encoding="utf-8")
+        path.write_text(standalone_mjcf(name, scene, None), encoding="utf-8", newline="\n")
         own = invariances_of_file(name, path, seconds, keyframe, ())
     orders = {one.change: one for one in study_declaration_orders(scene)}
     return replace(own, found=tuple(_worse(one, orders.get(one.change)) for one in own.found))

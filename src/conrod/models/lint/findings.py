@@ -10,11 +10,11 @@ from enum import Enum
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote
 from xml.parsers import expat
 
 from conrod.comparison.plain_values import json_document, plain_values
 from conrod.errors import COMMANDING_CHARACTERS
+from conrod.system import file_address
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
 
@@ -90,7 +90,7 @@ def sarif(reports: Sequence[Report]) -> str:
 def _sarif_run(report: Report) -> dict[str, Any]:
     """The findings of one model as a run of a SARIF log."""
     path, lines = Path(report.model), _element_lines(Path(report.model))
-    uri = path.as_uri() if path.is_absolute() else quote(path.as_posix())
+    uri = file_address(path)
     rules = {one.rule: one.why for one in report.findings}
     results = [
         {

@@ -171,7 +171,7 @@ def _check_machines(
             machine = MACHINES[name]()
             own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
             path = Path(folder, f"{name}.xml")
-            path.write_text(machine.mjcf, encoding="utf-8")
+            path.write_text(machine.mjcf, encoding="utf-8", newline="\n")
             calls.append((path, (own, name, step_factor)))
         with closing(call_on_own_files(task, calls, jobs)) as studies:
             for name, (path, _) in zip(names, calls, strict=True):

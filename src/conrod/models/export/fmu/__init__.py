@@ -108,7 +108,7 @@ def _build_binary(identifier: str, sources: Mapping[str, str]) -> tuple[dict[str
         return {}, f"there is no C compiler ({COMPILER}) here"
     with tempfile.TemporaryDirectory() as folder:
         for name, content in sources.items():
-            (Path(folder) / name).write_text(content, encoding="utf-8")
+            (Path(folder) / name).write_text(content, encoding="utf-8", newline="\n")
         # Names without a folder: the binary then says nothing of where it was built.
         library = identifier + SUFFIXES[sys.platform]
         command = [compiler, *FLAGS, "-o", library, "motion.c"]
