@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel site check environments clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release site check environments clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -119,6 +119,13 @@ wheel: $(READY)
 	$(BIN)/python -m build --wheel --outdir dist
 
 try-wheel: wheel ## install the wheel in a folder of its own and validate a machine with it
+	.ci/try_wheel dist/conrod-*.whl
+
+release: $(READY) ## what is uploaded to a package index, built and tried: docs/releasing.md
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt 'twine>=6.1'
+	$(BIN)/python -m twine check --strict dist/*
 	.ci/try_wheel dist/conrod-*.whl
 
 check: lint types test

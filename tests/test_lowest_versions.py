@@ -60,12 +60,3 @@ def test_requirement_of_users_has_an_upper_end(name: str) -> None:
 def test_constraints_have_no_addresses() -> None:
     for name in ("constraints.txt", "constraints-lowest.txt"):
         assert not re.search(r"://|^-", (ROOT / name).read_text(encoding="utf-8"), re.MULTILINE)
-
-
-def test_a_source_distribution_has_no_committed_reports(tmp_path: Path) -> None:
-    from hatchling.builders.sdist import SdistBuilder
-
-    builder = SdistBuilder(str(ROOT))
-    found = {file.relative_path.split("/")[0] for file in builder.recurse_included_files()}
-    assert {"src", "tests", "docs", "mjcf", "pymunk_models", "README.md", "constraints-lowest.txt"} <= found
-    assert "reports" not in found
