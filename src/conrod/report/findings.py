@@ -6,25 +6,26 @@ import io
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic
 
-from markupsafe import escape
-
 from conrod.errors import InvalidInput
 from conrod.report.kind import SCENE, F, Kind, Reproduction
-from conrod.report.table import Table, cell_text, safe_html
+from conrod.report.notebook import NotebookResult, data_frame, numbered_table
+from conrod.report.table import Table
 from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
+    from pandas import DataFrame
+
     from conrod.execution.baseline import BaselineComparison
 
 HTML = ".html"
 
 
 @dataclass(frozen=True)
-class Findings(Mapping[str, F], Generic[F]):
+class Findings(NotebookResult, Mapping[str, F], Generic[F]):
     """Findings of a study, by name of machine or file.
 
     Attributes:
@@ -85,7 +86,32 @@ class Findings(Mapping[str, F], Generic[F]):
 
     def tables(self) -> list[Table]:
         """The tables that the command prints, without empty ones."""
-        return [part for part in self.kind.printed(list(self.parts.values())) if isinstance(part, Table) and part]
+        return self._tables_of(*self.parts.values())
+
+    def _tables_of(self, *parts: F) -> list[Table]:
+        return [part for part in self.kind.printed(list(parts)) if isinstance(part, Table) and part]
+
+    def to_pandas(self, table: int = 0) -> DataFrame:
+        """Return a table of each machine or file, one below the other, as a data frame of pandas.
+
+        Args:
+            table: its place in the tables of one of them.
+
+        Raises:
+            InvalidInput: pandas is not installed, or there is no such table.
+        """
+        of_parts = {name: self._tables_of(found) for name, found in self.parts.items()}
+        first = numbered_table(max(of_parts.values(), key=len, default=[]), table)
+        rows = [
+            (name, *row)
+            for name, tables in of_parts.items()
+            for one in tables[table : table + 1]
+            if one.headings == first.headings
+            for row in one.rows
+        ]
+        if all(row[0] == row[1] for row in rows):  # the table itself names the machine
+            return data_frame(replace(first, rows=tuple(row[1:] for row in rows)))
+        return data_frame(replace(first, headings=("part", *first.headings), rows=tuple(rows)))
 
     @property
     def text(self) -> str:
@@ -133,10 +159,6 @@ class Findings(Mapping[str, F], Generic[F]):
         first = re.split(r"(?<=[^.\s])\.\s", self.verdict)[0].rstrip(".")  # a range is written "2.44 .. 2.54"
         return f"<{type(self).__name__} passed={self.passed}: {first}>"
 
-    def _repr_html_(self) -> str:
-        """Return the verdict and the tables as HTML for a notebook."""
-        return safe_html("".join([f"<p>{escape(self.verdict)}</p>", *map(_html_table, self.tables())]))
-
 
 def findings_passed(findings: Any) -> bool | None:
     """Return the `passed` of findings; None if they have results and none was judged.
@@ -154,13 +176,3 @@ def text_of_call(function: str, *subjects: object, **arguments: object) -> str:
     given = {name: value for name, value in arguments.items() if not (value is None or value is False or value == ())}
     words = [*map(repr, subjects), *(f"{name}={value!r}" for name, value in given.items())]
     return f"conrod.{function}({', '.join(words)})"
-
-
-def _html_table(table: Table) -> str:
-    rows = [table.headings, *table.rows]
-    tags = ["th", *["td"] * len(table.rows)]
-    lines = [
-        f"<tr>{''.join(f'<{tag}>{escape(cell_text(cell))}</{tag}>' for cell in row)}</tr>"
-        for tag, row in zip(tags, rows, strict=True)
-    ]
-    return f"<table><caption>{escape(table.title)}</caption>{''.join(lines)}</table>"

@@ -15,6 +15,8 @@ from packaging.requirements import Requirement
 
 from conrod.engines import OPTIONAL_ENGINES, installed_extras, loadable_engines
 from conrod.execution.runner import Runs
+from conrod.report.notebook import NotebookResult
+from conrod.report.table import ColouredCell, Table, table
 from conrod.studies.validation.api import validate
 
 TESTED_SCENE, TESTED_PRESET = "saw-500rpm", "tuned"
@@ -64,7 +66,7 @@ class SelfTest:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(NotebookResult):
     """Findings of `doctor` on an installation."""
 
     system: str
@@ -76,6 +78,23 @@ class Diagnosis:
     def passed(self) -> bool:
         """True if all packages are in range, and both engines pass their self-test."""
         return all(one.good for one in self.packages) and bool(self.tests) and all(one.passed for one in self.tests)
+
+    @property
+    def verdict(self) -> str:
+        """Whether all is well."""
+        return "all is well" if self.passed else "something is wrong"
+
+    def tables(self) -> list[Table]:
+        """Packages, and engines, a row for each."""
+        yes, no = ColouredCell("yes", "good"), ColouredCell("NO", "bad")
+        packages = [
+            (one.name, one.installed or "missing", one.allowed, yes if one.good else no) for one in self.packages
+        ]
+        engines = [(one.name, one.version or one.missing) for one in self.engines]
+        return [
+            table(("package", "installed", "allowed", "in range"), packages),
+            table(("engine", "version"), engines),
+        ]
 
 
 def doctor() -> Diagnosis:

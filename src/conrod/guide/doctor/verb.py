@@ -41,19 +41,15 @@ def doctor(document: str | None) -> None:
 def diagnosis_to_print(found: Diagnosis) -> Iterator[PrintedPart]:
     """Yield versions, engines and self-tests as lines and tables, and the verdict last."""
     from conrod.guide.doctor.api import TESTED_SCENE
-    from conrod.report.table import ColouredCell, table
     from conrod.report.terminal import verdict_line
 
     yield found.system
-    yes, no = ColouredCell("yes", "good"), ColouredCell("NO", "bad")
-    packages = [(one.name, one.installed or "missing", one.allowed, yes if one.good else no) for one in found.packages]
-    yield table(("package", "installed", "allowed", "in range"), packages)
-    yield table(("engine", "version"), [(one.name, one.version or one.missing) for one in found.engines])
+    yield from found.tables()
     for test in found.tests:
         noticed = f"of planted defects noticed: {', '.join(test.noticed) or 'none'}"
         missed = f"; NOT NOTICED: {', '.join(test.missed)}" if test.missed else ""
         yield verdict_line(f"{TESTED_SCENE} in {test.engine}: {test.verdict}; {noticed}{missed}", test.passed)
-    yield verdict_line("all is well" if found.passed else "something is wrong: see above", found.passed)
+    yield verdict_line(found.verdict if found.passed else f"{found.verdict}: see above", found.passed)
     outside = [f"'{one.name}{one.allowed}'" for one in found.packages if not one.good]
     if outside:
         yield f"mend it: pip install {' '.join(outside)}"

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from conrod.comparison.other_forces import OtherForce
 from conrod.comparison.plain_values import plain_values
 from conrod.execution.paired_timing import PairedTiming
+from conrod.mechanism.units import MM
+from conrod.report import numbers
+from conrod.report.notebook import NotebookResult
+from conrod.report.table import Cell, ColouredCell, Table, table
 
 HARDEN_SCHEMA = 3
 
@@ -24,7 +30,7 @@ class HardeningRun:
 
 
 @dataclass(frozen=True)
-class HardenedModel:
+class HardenedModel(NotebookResult):
     """The result of hardening one model.
 
     Attributes:
@@ -54,8 +60,36 @@ class HardenedModel:
     cost: PairedTiming | None = None  # time of a hardened step over that of a step as it is; None if a run broke off
     content: bytes | None = None  # the binary model; None where none was asked for or it was refused
 
+    @property
+    def verdict(self) -> str:
+        """Whether the model is hardened, and if not, why."""
+        return f"not hardened: {'; '.join(self.refusals)}" if self.refusals else "hardened"
+
+    def tables(self) -> list[Table]:
+        """Figures of the model as it is beside those of the hardened one; no table without runs."""
+        names = tuple(variant.name for variant in self.variants)
+        return [table(("", *names), self._rows(), names, "largest in the run")] if self.variants else []
+
+    def _rows(self) -> Iterator[list[Cell]]:
+        broken = (
+            ColouredCell(f"{one.steps}, then {one.broke}", "bad") if one.broke else str(one.steps)
+            for one in self.variants
+        )
+        yield ["steps completed", *broken]
+        for k, loop in enumerate(self.loops):
+            values = (None if one.openings is None else one.openings[k] for one in self.variants)
+            yield [f"opening of {loop} [mm]", *map(in_mm, values)]
+        known = math.inf if self.reference_known_to is None else self.reference_known_to
+        drifts = (None if (drift := one.drift) is None or drift <= known else drift for one in self.variants)
+        yield ["drift from the reference [mm]", *map(in_mm, drifts)]
+
     def document(self) -> dict[str, Any]:
         """All but the binary model, as values that JSON has."""
         values = plain_values(replace(self, content=None))
         del values["content"]
         return {"schema": HARDEN_SCHEMA, **values}
+
+
+def in_mm(size: float | None) -> str:
+    """Return a length [m] as text in mm; a dash for None."""
+    return "-" if size is None else numbers.measured_text(MM * size)

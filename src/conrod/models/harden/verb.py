@@ -17,9 +17,8 @@ from conrod.errors import InvalidInput
 from conrod.execution.files import files_to_write
 from conrod.execution.writing import single_file, write_together
 from conrod.mechanism.units import MM
-from conrod.models.harden.results import HardenedModel
-from conrod.report import numbers
-from conrod.report.table import Cell, ColouredCell, Verbatim, table
+from conrod.models.harden.results import HardenedModel, in_mm
+from conrod.report.table import Verbatim
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.user_files.endings import MODELS
 from conrod.user_files.files import check_model_readable, protected_model_files
@@ -99,9 +98,8 @@ def hardening_to_print(found: HardenedModel, file: Path | None) -> Iterator[Prin
         begin = "the runs start with them closed" if found.start_closed else "and so the runs start"
         run = f"{found.seconds:.4g} s in steps of {found.timestep:g} s from {found.start}"
         yield f"{found.path}: MuJoCo {found.mujoco}, {run}; size {MM * found.size:.4g} mm"
-        yield from (f"its loops are open by {_figure(MM * found.start_opening)} mm there; {begin}", "")
-        names = tuple(variant.name for variant in found.variants)
-        yield table(("", *names), _rows(found), names, "largest in the run")
+        yield from (f"its loops are open by {in_mm(found.start_opening)} mm there; {begin}", "")
+        yield from found.tables()
         yield from _reading_words(found)
     if found.lines and not found.refusals:
         yield from ("", "in Python:", "", Verbatim(found.lines))
@@ -111,30 +109,12 @@ def hardening_to_print(found: HardenedModel, file: Path | None) -> Iterator[Prin
         yield f"the hardened model: {file}" if file else "nothing written: -o FILE.mjb writes the model"
 
 
-def _rows(found: HardenedModel) -> Iterator[list[Cell]]:
-    """Figures of the model as it is, and hardened."""
-    broken = (
-        ColouredCell(f"{one.steps}, then {one.broke}", "bad") if one.broke else str(one.steps) for one in found.variants
-    )
-    yield ["steps completed", *broken]
-    for k, loop in enumerate(found.loops):
-        values = (None if one.openings is None else MM * one.openings[k] for one in found.variants)
-        yield [f"opening of {loop} [mm]", *map(_figure, values)]
-    known = math.inf if found.reference_known_to is None else found.reference_known_to
-    drifts = (None if (drift := one.drift) is None or drift <= known else MM * drift for one in found.variants)
-    yield ["drift from the reference [mm]", *map(_figure, drifts)]
-
-
-def _figure(value: float | None) -> str:
-    return "-" if value is None else numbers.measured_text(value)
-
-
 def _reading_words(found: HardenedModel) -> Iterator[str]:
     """Explanation of the figures."""
     if found.reference_known_to is None or found.travel is None:
         yield "drift: none, the reference (hardened, RK4, a sixteenth of the step) breaks off"
     else:
-        known = f"which is known to {_figure(MM * found.reference_known_to)} mm (-: less than that)"
+        known = f"which is known to {in_mm(found.reference_known_to)} mm (-: less than that)"
         at = "extrapolated to a step of zero" if found.reference_extrapolated else "at a sixteenth of the step"
         reference = f"from the hardened model under RK4 {at}"
         yield f"drift: of any body's centre of gravity, {reference}, {known}; travel {MM * found.travel:.3g} mm"

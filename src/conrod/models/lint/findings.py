@@ -14,6 +14,8 @@ from xml.parsers import expat
 
 from conrod.comparison.plain_values import json_document, plain_values
 from conrod.errors import COMMANDING_CHARACTERS
+from conrod.report.notebook import NotebookResult
+from conrod.report.table import Table, table
 from conrod.system import file_address
 
 SARIF = "https://json.schemastore.org/sarif-2.1.0.json"
@@ -60,7 +62,7 @@ class FixedModel:
 
 
 @dataclass(frozen=True)
-class Report:
+class Report(NotebookResult):
     """Findings of lint in a model."""
 
     model: str  # path of the file
@@ -68,6 +70,19 @@ class Report:
     findings: tuple[Finding, ...]  # the most harmful first
     notes: tuple[str, ...] = ()  # how a step or a solver that is wrong changed the judging of the rest
     fixed: FixedModel | None = None  # None unless it was asked for
+
+    @property
+    def verdict(self) -> str:
+        """The number of findings by severity: '3 findings: 1 error, 2 notes'."""
+        found = [finding.severity for finding in self.findings]
+        number, counts = len(found), [(one.value, found.count(one)) for one in Severity]
+        parts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
+        return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
+
+    def tables(self) -> list[Table]:
+        """A row for each finding, the most harmful first; no table without findings."""
+        rows = [(one.severity.value, one.rule, one.what, one.fix) for one in self.findings]
+        return [table(("severity", "rule", "finding", "fix"), rows)] if rows else []
 
     def document(self) -> dict[str, Any]:
         """All but the text of the fixed model as plain values."""

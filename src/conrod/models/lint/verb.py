@@ -116,16 +116,9 @@ def report_to_print(report: Report, out_file: Path | None) -> Iterator[PrintedPa
     yield f"{report.model}: {report.run}"
     for finding in report.findings:
         yield from _print_finding(finding)
-    yield from ("", *report.notes, _count_words([finding.severity for finding in report.findings]))
+    yield from ("", *report.notes, report.verdict)
     if report.fixed is not None:
         yield _fix_words(report.fixed, out_file)
-
-
-def _count_words(found: list[Severity]) -> str:
-    """'3 findings: 1 error, 2 notes'."""
-    number, counts = len(found), [(one.value, found.count(one)) for one in Severity]
-    parts = ", ".join(f"{count} {name}{'' if count == 1 else 's'}" for name, count in counts if count)
-    return f"{number or 'no'} finding{'' if number == 1 else 's'}" + (f": {parts}" if parts else "")
 
 
 def _print_finding(finding: Finding) -> Iterator[PrintedPart]:
