@@ -52,8 +52,6 @@ def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 if "MUTANT_UNDER_TEST" in os.environ:  # `make mutants` sees which tests reach a function in this process alone
-    from nearest_tests import pytest_collection_modifyitems, pytest_runtest_protocol  # noqa: F401, hooks
-
     if os.environ["MUTANT_UNDER_TEST"] == "stats":
         # A worker has nobody to tell which functions are reached, and mutmut would end it.
         worker_process.SAFE_PATH = {**worker_process.SAFE_PATH, "MUTANT_UNDER_TEST": "none"}

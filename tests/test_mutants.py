@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from killed_mutants import PAGE, function_of, listed_changes, main, modules
-from nearest_tests import FURTHER_SECONDS, distance, nearest_first, pytest_runtest_protocol
+from nearest_tests import FURTHER_SECONDS, STOPPED, Search, distance, exit_code_of, nearest_first
 from sampled_mutants import copy_project, sample, with_getters
 
 ROOT = Path(__file__).parents[1]
@@ -124,6 +124,11 @@ def test_near_tests_come_first_and_quick_files_before_slow_ones() -> None:
     ]  # fmt: skip
 
 
+def search_of(durations: dict[str, float], monkeypatch: pytest.MonkeyPatch) -> Search:
+    monkeypatch.setattr("nearest_tests.text_of", lambda _: "")
+    return Search("conrod.mjcf.loading.x_f__mutmut_1", list(durations), durations)
+
+
 @pytest.mark.parametrize(
     ("file", "spent", "stopped"),
     [
@@ -135,21 +140,52 @@ def test_near_tests_come_first_and_quick_files_before_slow_ones() -> None:
 def test_further_tests_stop_when_their_time_of_cpu_is_up(
     file: str, spent: float, stopped: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv("MUTANT_UNDER_TEST", "conrod.mjcf.loading.x_f__mutmut_1")
     limits, clock = list[tuple[int, int]](), iter([(3.0, 1.0, 0.5, 0.5, 99.0), (3.0 + spent, 1.0, 0.5, 0.5, 99.0)])
     monkeypatch.setattr("resource.getrlimit", lambda _: (700, 1000))
     monkeypatch.setattr("resource.setrlimit", lambda _, limit: limits.append(limit))
     monkeypatch.setattr("time.process_time", lambda: 40.0)
     monkeypatch.setattr("os.times", lambda: next(clock))
-    monkeypatch.setattr("nearest_tests._text", lambda _: "")
-    monkeypatch.setattr("nearest_tests._durations", lambda: {f"{file}::a": 2.0, f"{file}::b": 90.0})
-    session = SimpleNamespace(stash=pytest.Stash(), shouldstop=False)
+    search, session = search_of({f"{file}::a": 2.0, f"{file}::b": 90.0}, monkeypatch), SimpleNamespace(shouldstop=False)
     for name in "ab":
         item: Any = SimpleNamespace(nodeid=f"{file}::{name}", session=session)
-        pytest_runtest_protocol(item)
-    assert bool(session.shouldstop) is stopped
+        search.pytest_runtest_protocol(item)
+    assert bool(session.shouldstop) is search.over is stopped
     # 60 s and fifteen times as long as usual beyond what was spent, within mutmut's own limit.
     assert limits == [(130, 1000), (1000, 1000)]
+
+
+@pytest.mark.parametrize(
+    ("codes", "over", "found", "files"),
+    [
+        ([0, 0, 0, 0], False, 0, [4, 8, 16, 12]),
+        ([0, 5, 1], False, 1, [4, 8, 16]),  # none of eight files' tests is selected; one of sixteen fails
+        ([2], False, 1, [4]),  # a file cannot be collected
+        ([0, 2], True, STOPPED, [4, 8]),
+        ([0, 1], True, 1, [4, 8]),  # the last one in time fails
+        ([3], False, 3, [4]),
+    ],
+)
+def test_files_are_collected_as_long_as_a_defect_lives(
+    codes: list[int], over: bool, found: int, files: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    search = search_of({f"tests/test_{k:02d}.py::a": 0.1 * k for k in range(40)}, monkeypatch)
+    search.over, collected = over, list[list[str]]()
+    ends = iter(codes)
+    assert exit_code_of(search, lambda some: (collected.append(some), next(ends))[1]) == found
+    assert [len(some) for some in collected] == files
+    assert collected[0] == [f"tests/test_0{k}.py" for k in range(4)]
+
+
+def test_only_tests_that_reach_a_defect_are_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    durations = {"tests/test_words.py::b": 0.2, "tests/test_loading.py::a": 3.0, "tests/test_words.py::c": 0.1}
+    search = search_of(durations, monkeypatch)
+    items: Any = [SimpleNamespace(nodeid=name) for name in ("tests/test_words.py::other", *durations)]
+    search.pytest_collection_modifyitems(items)
+    assert [item.nodeid for item in items] == [
+        "tests/test_loading.py::a",
+        "tests/test_words.py::c",
+        "tests/test_words.py::b",
+    ]
 
 
 SOURCE = '''

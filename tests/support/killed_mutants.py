@@ -15,14 +15,13 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from nearest_tests import FURTHER_SECONDS
+from nearest_tests import FURTHER_SECONDS, STOPPED
 
 BAR = 0.95
 PAGE = Path(__file__).parents[2] / "docs" / "mutants.md"
 # Exit codes that mutmut keeps: a failed test, an error within pytest, a limit of time, a process that died. What was
 # not run, or that no test reaches, is not killed.
 KILLED = {1, 3, 24, 36, 152, 255, -24, -11, -9}
-STOPPED = 2  # of pytest: tests that are not near had their time (`nearest_tests`)
 
 COUNTS = re.compile(r"(?<=<!-- counts -->\n).*?(?=<!-- end of counts -->)", re.DOTALL)  # the table in the page
 

@@ -1,31 +1,29 @@
-"""Which tests look for a planted defect first, and when they stop (`make mutants`); hooks of pytest, see conftest.py.
+"""Which tests look for a planted defect first, and when they stop (`make mutants`).
 
-mutmut runs all tests that reach a function, in no order, until one fails. Here those nearest to the module run first,
-the others for a stated time, and a test that hangs ends soon.
+mutmut has pytest collect all tests that reach a function, which takes ten seconds where they are two thousand, and runs
+them in no order until one fails. Here the files nearest to the module are collected and run first, further ones only
+where those let the defect live, all others for a stated time; and a test that hangs ends soon.
 """
 
 from __future__ import annotations
 
 import functools
-import json
 import os
 import re
 import resource
 import time
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
 
 import pytest
 
-UNDER_TEST = "MUTANT_UNDER_TEST"  # of mutmut: the mutant's name; empty without a defect
-PASSED_BEFORE = "MUTANT_TESTS_PASSED"  # of `sampled_mutants`: all tests were run without a defect just now
-DURATIONS = Path("mutmut-stats.json")  # of mutmut, in the folder that it runs tests in
+FIRST_FILES = 4  # that are collected at once; then twice as many
 FURTHER_SECONDS = 20.0  # [s] of CPU for tests that are not near the module; what outlives them counts as living
 HANG_SECONDS, HANG_RATIO = 60.0, 15.0  # a test hangs that takes this time of CPU and this many times its usual one
+STOPPED = int(pytest.ExitCode.INTERRUPTED)  # exit status where a defect outlived the time of further tests
 NAMED, IMPORTING, FURTHER = range(3)  # how near a file of tests is to a module
-FURTHER_SINCE = pytest.StashKey[float]()
 
 
 def distance(file: str, text: str, module: str) -> int:
@@ -53,37 +51,60 @@ def nearest_first(tests: Sequence[str], distances: Mapping[str, int], durations:
     return sorted(tests, key=place)
 
 
-@pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Order the tests that look for a defect; leave one of a run without a defect that was made just before."""
-    mutant = os.environ.get(UNDER_TEST, "none")
-    if not mutant and PASSED_BEFORE in os.environ and not config.option.collectonly:
-        del items[1:]
-    module = _module(mutant)
-    durations = {} if mutant == "stats" else _durations()  # also where tests are only collected: what is read is kept
-    if module:
+class Search:
+    """Look for one defect, with a few files of tests at a time; a plugin of pytest.
+
+    Attributes:
+        over: True once tests that are not near had their time.
+    """
+
+    def __init__(self, mutant: str, tests: Sequence[str], durations: Mapping[str, float]) -> None:
+        module = mutant.rpartition("__mutmut_")[0].rpartition(".")[0]
+        self._durations = durations
+        self._distances = {file: distance(file, text_of(file), module) for file in {_file(test) for test in tests}}
+        self._tests = nearest_first(tests, self._distances, durations)
+        self._further_since: float | None = None
+        self.over = False
+
+    def batches(self) -> Iterator[list[str]]:
+        """Files in the order in which they are collected: a few, then twice as many, and so on."""
+        files, count = list(dict.fromkeys(_file(test) for test in self._tests)), FIRST_FILES
+        while files:
+            yield files[:count]
+            files, count = files[count:], 2 * count
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Leave the tests of collected files that reach the defect, in their order."""
         by_name = {item.nodeid: item for item in items}
-        distances = {_file(name): distance(_file(name), _text(_file(name)), module) for name in by_name}
-        items[:] = [by_name[name] for name in nearest_first(list(by_name), distances, durations)]
+        items[:] = [by_name[name] for name in self._tests if name in by_name]
+
+    def pytest_runtest_protocol(self, item: pytest.Item) -> None:
+        """Limit a test's time of CPU, and stop after those tests that are not near have had theirs."""
+        _, most = resource.getrlimit(resource.RLIMIT_CPU)
+        limit = time.process_time() + HANG_SECONDS + HANG_RATIO * self._durations.get(item.nodeid, 0.0)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(limit if most < 0 else min(limit, most)), most))
+        if self._distances[_file(item.nodeid)] == FURTHER:
+            spent = sum(os.times()[:4])  # with processes that tests began
+            self._further_since = spent if self._further_since is None else self._further_since
+            if spent - self._further_since > FURTHER_SECONDS:
+                self.over = True
+                item.session.shouldstop = f"lived within {FURTHER_SECONDS:g} s of further tests"
 
 
-def pytest_runtest_protocol(item: pytest.Item) -> None:
-    """Limit a test's time of CPU, and stop after those tests that are not near have had theirs."""
-    module = _module(os.environ.get(UNDER_TEST, ""))
-    if not module:
-        return
-    _, most = resource.getrlimit(resource.RLIMIT_CPU)
-    limit = time.process_time() + HANG_SECONDS + HANG_RATIO * _durations().get(item.nodeid, 0.0)
-    resource.setrlimit(resource.RLIMIT_CPU, (int(limit if most < 0 else min(limit, most)), most))
-    if distance(_file(item.nodeid), _text(_file(item.nodeid)), module) == FURTHER:
-        spent = sum(os.times()[:4])  # with processes that tests began
-        if spent - item.session.stash.setdefault(FURTHER_SINCE, spent) > FURTHER_SECONDS:
-            item.session.shouldstop = f"lived within {FURTHER_SECONDS:g} s of further tests"
+def exit_code_of(search: Search, run: Callable[[list[str]], int]) -> int:
+    """Exit code of pytest for the first files whose tests find a defect; 0 or `STOPPED` where it lives.
 
-
-def _module(mutant: str) -> str:
-    """The module that a mutant is of, by mutmut's name for it; nothing where none is planted."""
-    return mutant.rpartition("__mutmut_")[0].rpartition(".")[0]
+    Args:
+        run: runs the tests of files that are looked for, and returns pytest's exit code.
+    """
+    for files in search.batches():
+        code = run(files)
+        if code == STOPPED and search.over:
+            return STOPPED
+        if code not in {pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED}:
+            return int(pytest.ExitCode.TESTS_FAILED) if code == STOPPED else code  # files that cannot be collected
+    return int(pytest.ExitCode.OK)
 
 
 def _file(test: str) -> str:
@@ -91,13 +112,6 @@ def _file(test: str) -> str:
 
 
 @functools.cache
-def _text(file: str) -> str:
+def text_of(file: str) -> str:
+    """A file's text, read once."""
     return Path(file).read_text(encoding="utf-8")
-
-
-@functools.cache
-def _durations() -> dict[str, float]:
-    """How long each test took without a defect, in s."""
-    known = json.loads(DURATIONS.read_text(encoding="utf-8")) if DURATIONS.exists() else {}
-    durations: dict[str, float] = known.get("duration_by_test", {})
-    return durations

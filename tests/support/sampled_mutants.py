@@ -13,6 +13,7 @@ import hashlib
 import json
 import os
 import random
+import resource
 import shutil
 import signal
 import subprocess
@@ -24,12 +25,14 @@ from contextlib import suppress
 from pathlib import Path
 
 from killed_mutants import KILLED
-from nearest_tests import DURATIONS, PASSED_BEFORE
 
 ROOT = Path(__file__).parents[2]
 COPY = ROOT / "mutants"  # of the project; what mutmut makes lies in a folder of the same name in it
 CHOSEN = "chosen.json"
 PAGE = "docs/mutants.md"
+RUNNER = "tests/support/nearest_runner.py"  # mutmut, with the nearest tests first
+DURATIONS = "mutmut-stats.json"  # of mutmut, in the folder that it runs tests in: how long each took
+PASSED_BEFORE = "MUTANT_TESTS_PASSED"  # of `nearest_runner`: all tests were run without a defect just now
 PROPERTIES = (["property"], ["cached_property"])
 CODE, TESTS = ("src/", "pyproject.toml"), ("tests/",)  # what results depend on
 SECTION, DEBUG = "[tool.mutmut]", "debug = true"
@@ -208,12 +211,13 @@ def run_mutmut(copy: Path, names: list[str], seconds: float) -> int:
     text = settings.read_text(encoding="utf-8")
     if DEBUG not in text:  # else it does not say which test fails without a defect
         settings.write_text(text.replace(SECTION, f"{SECTION}\n{DEBUG}"), encoding="utf-8")
-    mutmut, log = Path(sys.executable).with_name("mutmut"), copy / "mutmut.log"
+    log = copy / "mutmut.log"
     environment = {**os.environ, "PYTHONPATH": ""}
     if not (copy / "mutants" / DURATIONS).exists():  # then mutmut first runs all tests to see what each reaches
         environment[PASSED_BEFORE] = "1"
-    command = [mutmut, "run", "--max-children", str(os.cpu_count() or 2), *names]
-    end = time.monotonic() + seconds
+    command = [sys.executable, copy / RUNNER, "run", "--max-children", str(os.cpu_count() or 2), *names]
+    begin = time.monotonic()
+    end = begin + seconds
     with log.open("w", encoding="utf-8") as output:
         process = subprocess.Popen(command, cwd=copy, env=environment, stdout=output, stderr=output)
         try:
@@ -227,6 +231,8 @@ def run_mutmut(copy: Path, names: list[str], seconds: float) -> int:
                 process.send_signal(signal.SIGINT)
                 print("stopped; `make mutants` goes on from here")
                 process.wait(timeout=60)
+    spent, minutes = resource.getrusage(resource.RUSAGE_CHILDREN), (time.monotonic() - begin) / 60.0
+    print(f"planted in {minutes:.0f} min, {(spent.ru_utime + spent.ru_stime) / 60.0:.0f} min of CPU")
     if process.returncode:
         print(*log.read_text(encoding="utf-8", errors="replace").splitlines()[-SHOWN:], sep="\n")
     return process.returncode
