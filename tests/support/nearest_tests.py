@@ -43,10 +43,10 @@ def nearest_first(tests: Sequence[str], distances: Mapping[str, int], durations:
     """
     by_file: dict[str, list[float]] = defaultdict(list)
     for test in tests:
-        by_file[_file(test)].append(durations.get(test, 0.0))
+        by_file[file_of(test)].append(durations.get(test, 0.0))
 
     def place(test: str) -> tuple[int, float, str, float]:
-        return distances[_file(test)], fmean(by_file[_file(test)]), _file(test), durations.get(test, 0.0)
+        return distances[file_of(test)], fmean(by_file[file_of(test)]), file_of(test), durations.get(test, 0.0)
 
     return sorted(tests, key=place)
 
@@ -61,14 +61,14 @@ class Search:
     def __init__(self, mutant: str, tests: Sequence[str], durations: Mapping[str, float]) -> None:
         module = mutant.rpartition("__mutmut_")[0].rpartition(".")[0]
         self._durations = durations
-        self._distances = {file: distance(file, text_of(file), module) for file in {_file(test) for test in tests}}
+        self._distances = {file: distance(file, text_of(file), module) for file in {file_of(test) for test in tests}}
         self._tests = nearest_first(tests, self._distances, durations)
         self._further_since: float | None = None
         self.over = False
 
     def batches(self) -> Iterator[list[str]]:
         """Files in the order in which they are collected: a few, then twice as many, and so on."""
-        files, count = list(dict.fromkeys(_file(test) for test in self._tests)), FIRST_FILES
+        files, count = list(dict.fromkeys(file_of(test) for test in self._tests)), FIRST_FILES
         while files:
             yield files[:count]
             files, count = files[count:], 2 * count
@@ -84,7 +84,7 @@ class Search:
         _, most = resource.getrlimit(resource.RLIMIT_CPU)
         limit = time.process_time() + HANG_SECONDS + HANG_RATIO * self._durations.get(item.nodeid, 0.0)
         resource.setrlimit(resource.RLIMIT_CPU, (int(limit if most < 0 else min(limit, most)), most))
-        if self._distances[_file(item.nodeid)] == FURTHER:
+        if self._distances[file_of(item.nodeid)] == FURTHER:
             spent = sum(os.times()[:4])  # with processes that tests began
             self._further_since = spent if self._further_since is None else self._further_since
             if spent - self._further_since > FURTHER_SECONDS:
@@ -107,7 +107,8 @@ def exit_code_of(search: Search, run: Callable[[list[str]], int]) -> int:
     return int(pytest.ExitCode.OK)
 
 
-def _file(test: str) -> str:
+def file_of(test: str) -> str:
+    """The file of a test."""
     return test.split("::", maxsplit=1)[0]
 
 

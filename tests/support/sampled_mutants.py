@@ -132,13 +132,21 @@ def _matches(name: str, patterns: Iterable[str]) -> bool:
     return any(fnmatch.fnmatch(name, pattern) for pattern in patterns)
 
 
+def generate(copy: Path) -> None:
+    """Have mutmut write all mutants of a copy of the project."""
+    subprocess.run(
+        [sys.executable, RUNNER, "generate"], cwd=copy, env=_environment(), stdout=subprocess.DEVNULL, check=True
+    )
+
+
+def _environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": ""}
+
+
 def mutants_of(copy: Path, name: str) -> tuple[list[str], dict[str, str]]:
     """Names of all mutants of a file, and of each mutated function what tells whether it is still the same."""
-    from mutmut.mutation.file_mutation import mutate_file_contents
-    from mutmut.utils.format_utils import get_mutant_name
-
-    made = mutate_file_contents(name, (copy / name).read_text(encoding="utf-8"))
-    return [get_mutant_name(Path(name), mutant) for mutant in made.mutant_names], dict(made.hash_by_function_name)
+    made = json.loads((copy / "mutants" / f"{name}.meta").read_text(encoding="utf-8"))
+    return list(made["exit_code_by_key"]), made["hash_by_function_name"]
 
 
 def changed_functions(root: Path, name: str, since: str, today: dict[str, str]) -> set[str]:
@@ -146,6 +154,8 @@ def changed_functions(root: Path, name: str, since: str, today: dict[str, str]) 
     from mutmut.mutation.file_mutation import compute_function_hashes
 
     before = subprocess.run(["git", "show", f"{since}:{name}"], cwd=root, capture_output=True, text=True, check=False)
+    if before.stdout == (root / name).read_text(encoding="utf-8"):
+        return set()
     earlier = compute_function_hashes(with_getters(before.stdout)) if before.returncode == 0 else {}
     return {function for function, now in today.items() if earlier.get(function) != now}
 
@@ -190,6 +200,7 @@ def main() -> int:
     since = asked.since or subprocess.run(last, cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
     if not copy_project(ROOT, COPY):
         print("copied the project anew: there are no results yet")
+    generate(COPY)
     chosen = choose(ROOT, COPY, asked.sample, since)
     (COPY / CHOSEN).write_text(json.dumps(chosen, indent=1), encoding="utf-8")
     done = {name for name, code in _results(COPY).items() if code is not None}
@@ -212,10 +223,10 @@ def run_mutmut(copy: Path, names: list[str], seconds: float) -> int:
     if DEBUG not in text:  # else it does not say which test fails without a defect
         settings.write_text(text.replace(SECTION, f"{SECTION}\n{DEBUG}"), encoding="utf-8")
     log = copy / "mutmut.log"
-    environment = {**os.environ, "PYTHONPATH": ""}
+    environment = _environment()
     if not (copy / "mutants" / DURATIONS).exists():  # then mutmut first runs all tests to see what each reaches
         environment[PASSED_BEFORE] = "1"
-    command = [sys.executable, copy / RUNNER, "run", "--max-children", str(os.cpu_count() or 2), *names]
+    command = [sys.executable, RUNNER, "run", "--max-children", str(os.cpu_count() or 2), *names]
     begin = time.monotonic()
     end = begin + seconds
     with log.open("w", encoding="utf-8") as output:
