@@ -30,7 +30,7 @@ def exit_status_for(folder: Path, page: str = NO_PAGE, lines: str = "", **codes:
         (folder / "conrod").mkdir(exist_ok=True)
         (folder / "conrod" / f"{name}.py.meta").write_text(text, encoding="utf-8")
     (folder / "page.md").write_text(page, encoding="utf-8")
-    return main(str(folder), folder / "page.md", lambda _: lines)
+    return main(str(folder), folder / "page.md", lambda _: lines or Path.cwd().name)
 
 
 @pytest.mark.parametrize(
@@ -76,6 +76,13 @@ def test_run_without_mutants_fails(tmp_path: Path) -> None:
 )
 def test_equivalent_mutant_counts_unless_listed_with_a_reason(page: str, status: int, tmp_path: Path) -> None:
     assert exit_status_for(tmp_path, page, "    if x <= y:", one=[1, 1, 0]) == status
+
+
+def test_survivors_are_looked_up_where_mutmut_wrote_them(tmp_path: Path) -> None:
+    folder, page = tmp_path / "copy" / "mutants" / "src", "| `conrod.one.f` | `{}` | it changes nothing |"
+    folder.mkdir(parents=True)
+    assert exit_status_for(folder, page.format("copy"), one=[1, 0]) == 0
+    assert exit_status_for(folder, page.format("src"), one=[1, 0]) == 1
 
 
 def test_sample_counts_chosen_mutants_and_fails_if_not_run(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
+from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -120,7 +121,8 @@ def main(folder: str, page: Path = PAGE, lines: Callable[[str], str] = changed_l
         modules(Path(folder), chosen_mutants(Path(folder))),
         listed_changes(page.read_text(encoding="utf-8")),
     )
-    same = listed_survivors([name for one in found for name in one.survivors], changes, lines)
+    with chdir(Path(folder).parents[1]):  # where mutmut finds what it wrote
+        same = listed_survivors([name for one in found for name in one.survivors], changes, lines)
     for one in found:
         alike = sum(name in same for name in one.survivors)
         print(
