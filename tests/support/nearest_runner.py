@@ -48,7 +48,7 @@ class NearestRunner(PytestRunner):
     def run_stats(self, *, tests: Iterable[str]) -> int:
         """See which functions each test reaches and how long it takes, on all processors; 0 where all pass."""
         by_file: dict[str, list[str]] = defaultdict(list)
-        for test in tests or self.list_all_tests().ids:
+        for test in sorted(tests or self.list_all_tests().ids):
             by_file[file_of(test)].append(test)
         files = [by_file[file] for file in sorted(by_file)]
         parts = [[test for file in files[k : k + FILES] for test in file] for k in range(0, len(files), FILES)]
