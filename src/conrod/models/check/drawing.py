@@ -39,11 +39,17 @@ def draw_scene_runs(
     return draw_links(turning.model, exact, drawn, turning.points, REFERENCE)
 
 
-def draw_turn(turning: Turning) -> MovingLinks | None:
-    """Draw a turn, or the pass, of a model whose runs would say nothing, as its closures place it."""
-    end = ALMOST_REVOLUTION if turning.reach is None else sum(turning.reach)
+def draw_turn(turning: Turning, *, as_far_as_it_goes: bool = False) -> MovingLinks | None:
+    """Draw a turn, or the pass, of a model whose runs would say nothing, as its closures place it.
+
+    Args:
+        as_far_as_it_goes: whether its crank goes no further than a part of the turn.
+    """
+    end, name = ALMOST_REVOLUTION if turning.reach is None else sum(turning.reach), "a turn of its crank"
+    if as_far_as_it_goes:
+        end, name = turning.machine.knots[-1].time, "its crank turned as far as it goes"
     times = np.linspace(0.0, end, len(frame_indices(1000)))
-    run = RunToDraw("a turn of its crank, as its closures place it", "", TURN_SECONDS, turning.coordinates(times))
+    run = RunToDraw(f"{name}, as its closures place it", "", TURN_SECONDS, turning.coordinates(times))
     return draw_links(turning.model, None, [run], turning.points)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import chain, combinations
@@ -15,7 +16,7 @@ from conrod.errors import InvalidInput
 from conrod.exact import ExactReference, GenericReference
 from conrod.mjcf.request import Scan
 from conrod.models.check.fitting import FrameFit, PathSearch, fit_frame
-from conrod.models.check.frame import Frame, GivenFrame, candidate_views
+from conrod.models.check.frame import Frame, GivenFrame, PlaneView, candidate_views
 from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
@@ -166,7 +167,7 @@ class Identity:
     @property
     def largest(self) -> float:
         """Largest distance of a point from its exact position, over the point's length."""
-        return max(self.off_by.values())
+        return max(self.off_by.values(), default=math.inf)
 
     def is_machine(self, tolerance: float, weights: Mapping[str, float] = MappingProxyType({})) -> bool:
         """True if the model is the machine within a tolerance, relative to each point's length.
@@ -176,6 +177,12 @@ class Identity:
         """
         largest = max(size * weights.get(point, 1.0) for point, size in self.off_by.items())
         return not self.other_branch and largest <= max(tolerance, self.floor)
+
+
+def unknown_identity(unit: float) -> Identity:
+    """Identity of a model that has no paths, with lengths in a unit [m]: no point is placed, nothing explains it."""
+    frame = Frame(PlaneView("xy", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1), 1, 0.0, 0.0, unit, (0.0, 0.0, 0.0), (0.0, 0.0))
+    return Identity(frame, False, {}, (), 0.0, 0.0)
 
 
 # Whatever the frame, some point is off by at least the root mean square of the best fit, which is found to far less.

@@ -38,6 +38,9 @@ def verdict(study: ModelStudy) -> str:
     """
     if study.distrust:
         return distrust_words(study)
+    if study.blocked:
+        taken = f" ({study.question.taken})" if study.question.taken else ""
+        return f"It is not {study.scene_name} as it stands: {study.blocked}{taken}. Nothing else is judged."
     sentences = [_identity_words(study)]
     if study.own_run is not None:
         sentences.insert(0 if study.own_failed else 1, _own_run_words(study, study.own_run))
@@ -173,10 +176,11 @@ def _mismatch_words(study: ModelStudy) -> str:
 
 def findings(study: ModelStudy) -> dict[str, list[str]]:
     """Return sentences on frame, wiring, paths and settings of the model, by subject."""
+    unknown = ["not known: it cannot turn as the machine does"] if study.blocked else []
     return {
-        "frame": list(_frame_lines(study)),
+        "frame": unknown or list(_frame_lines(study)),
         "wiring": list(_wiring_lines(study)),
-        "paths (kinematic mode)": list(_path_lines(study)),
+        "paths (kinematic mode)": unknown or list(_path_lines(study)),
         "its own settings": [study.model.settings],
     }
 
@@ -313,7 +317,8 @@ def drive_lines(study: ModelStudy) -> Iterator[str]:
     """Yield sentences on the crank's drive and the reference of the runs."""
     own, identity = study.own, study.identity
     if own is None:
-        yield "not driven: it is too far off the machine for its runs to say anything"
+        far = "it is too far off the machine for its runs to say anything"
+        yield f"not driven: {'it cannot turn as the machine does' if study.blocked else far}"
         return
     yield "the crank is driven by a flywheel in the compiled model, whose place and rate are written at every step"
     yield from (f"{preset}: {reason}" for preset, reason in study.refused.items())

@@ -80,6 +80,8 @@ class ModelStudy:
         weights: for tolerances given in units, the weight of each point's error (`scale_tolerance`).
         qualified: verdicts on planted defects; None if none were planted.
         drawn: the model in motion, driven, over its own exact motion; None if nothing could be drawn.
+        blocked: why it cannot turn as the machine does, with what differs from the machine, in words; it has no paths
+            to be known by, and nothing else is judged. Empty for a model that turns.
     """
 
     file: str
@@ -100,6 +102,7 @@ class ModelStudy:
     weights: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     qualified: Qualification | None = None
     drawn: MovingLinks | None = None
+    blocked: str = ""
 
     @property
     def kinematic_tolerance(self) -> float:
@@ -109,7 +112,8 @@ class ModelStudy:
     @property
     def is_machine(self) -> bool:
         """True if the model's points follow the machine's paths within `kinematic_tolerance`."""
-        return self.identity.is_machine(self.kinematic_tolerance, self.weights.get("position", {}))
+        weights = self.weights.get("position", {})
+        return not self.blocked and self.identity.is_machine(self.kinematic_tolerance, weights)
 
     @property
     def has_start(self) -> bool:

@@ -22,7 +22,7 @@ from conrod.execution.prediction import reference_misfit
 from conrod.execution.resolve_arguments import MAX_KEPT_SAMPLES
 from conrod.execution.result import misfit_words
 from conrod.execution.tolerances import Limit, scale_tolerance, scene_scales
-from conrod.mjcf.causes import add_causes_to_errors
+from conrod.mjcf.causes import add_causes_to_errors, append_causes, describe_closures
 from conrod.mjcf.crank_speed import CrankSpeed
 from conrod.mjcf.driven_runs import is_on_other_branch, with_settings
 from conrod.mjcf.driving import LoopRecording, driven_run, record_run
@@ -32,12 +32,12 @@ from conrod.mjcf.request import MIN_NAMED_OPENING, ModelRequest
 from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.check.drawing import draw_scene_runs, draw_turn
 from conrod.models.check.frame import Frame, GivenFrame
-from conrod.models.check.identity import identify
+from conrod.models.check.identity import identify, unknown_identity
 from conrod.models.check.references import returns_after_turn
 from conrod.models.check.results import AS_GIVEN, JudgedRun, ModelStudy
-from conrod.models.check.scanning import scan
-from conrod.models.check.scene_causes import causes_besides, refusal_causes
-from conrod.models.check.turning import Turning, prepare_turning
+from conrod.models.check.scanning import model_facts, scan
+from conrod.models.check.scene_causes import causes_besides, refusal_causes, scene_causes
+from conrod.models.check.turning import BlockedTurnError, Turning, prepare_turning
 from conrod.scenes import Scene
 from conrod.studies.validation.results import RefinementPoint
 from conrod.user_files.files import name_file_in_errors
@@ -72,7 +72,12 @@ def study_scene_model(
         name, machine = scene
         question = replace(question, span=machine.mechanism().driver.span, returns=returns_after_turn(machine))
         with add_causes_to_errors(path, lambda model: refusal_causes(model, scene, question), question.unit):
-            turning = prepare_turning(path, question)
+            try:
+                turning = prepare_turning(path, question)
+            except BlockedTurnError as error:
+                if not list(scene_causes(error.turning.model, scene, question)):
+                    raise
+                return _blocked_study(path, scene, question, error, revolutions)
             inputs = controls_in_metres(turning.model, question.controls, question.unit)
             question = replace(question, controls=inputs)
             turn = scan(turning, question)
@@ -115,6 +120,18 @@ def study_scene_model(
         from conrod.models.check.qualification import qualify_check
 
         return replace(found, qualified=qualify_check(found, turn, given, bench))
+
+
+def _blocked_study(
+    path: Path, scene: tuple[str, Scene], question: ModelRequest, error: BlockedTurnError, revolutions: float
+) -> ModelStudy:
+    """The study of a model that cannot turn as the machine does, and differs from it."""
+    turning = error.turning
+    causes = refusal_causes(turning.model, scene, question)
+    words = append_causes(str(error), describe_closures(turning.model), *causes)
+    facts, unknown = replace(model_facts(turning, question), about=""), unknown_identity(question.unit)
+    found = ModelStudy(str(path), *scene, question, facts, unknown, None, revolutions, {}, {}, (), blocked=words)
+    return replace(found, drawn=draw_turn(turning, as_far_as_it_goes=True))
 
 
 def _refinement_points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:

@@ -129,7 +129,8 @@ def prepare_turning(path: Path, question: ModelRequest) -> Turning:
 
     Raises:
         InvalidInput: the model cannot be loaded, lacks a requested element, has another mobility than the machine, or
-            cannot be assembled and turned.
+            cannot be assembled.
+        BlockedTurnError: its crank goes no further than a part of the turn or pass.
     """
     model, left_out = load_with_notes(path, question.unit)
     check_finite(model)
@@ -156,10 +157,25 @@ def prepare_turning(path: Path, question: ModelRequest) -> Turning:
     _check_freedom(made, question)
     if question.contacts and made.freedom.remaining_dof > question.mobility:
         return replace(made, touching=_nearest_geoms(made))
-    if question.span is not None:
-        return _one_pass(made, question.width)
-    machine.track_branch(start, 2.0 * np.pi)
+    try:
+        if question.span is not None:
+            return _one_pass(made, question.width)
+        machine.track_branch(start, 2.0 * np.pi)
+    except InvalidInput as error:
+        raise BlockedTurnError(str(error), made) from None
     return made
+
+
+class BlockedTurnError(InvalidInput):
+    """A model whose crank goes no further than a part of the machine's turn or pass.
+
+    Attributes:
+        turning: the model, with its motion as far as it goes.
+    """
+
+    def __init__(self, words: str, turning: Turning) -> None:
+        super().__init__(words)
+        self.turning = turning
 
 
 # Share of the pass by which a model is kept off the pose where its crank can go no further.
