@@ -201,6 +201,14 @@ class Kinematics:
             SAMPLES_TOGETHER,
         )
 
+    def positions(self, angle: Array) -> dict[str, tuple[Array, Array]]:
+        """Exact x and y of each observed point, each (T,), at crank angles (T,) [rad]; `motion` gives rates too."""
+        derivatives = self.planar_derivatives(self.derivatives(angle, order=0))
+        return {
+            name: (np.broadcast_to(x[0], angle.shape), np.broadcast_to(y[0], angle.shape))
+            for name, (x, y) in derivatives.items()
+        }
+
     def point_derivatives(self, derivatives: list[Array]) -> dict[str, list[Array]]:
         """Observed points and their derivatives, each (T, 2), from derivatives of the poses."""
         return {

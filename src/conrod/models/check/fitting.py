@@ -91,11 +91,19 @@ class FrameFit:
     unit: float
     displacements: Array
 
+    @property
+    def exact(self) -> Array:
+        """Exact paths of the points (P, T) where the model's points are, as complex numbers [m]."""
+        return self.search.exact(self.machine, self.search.sense * (self.search.scan.coordinate - self.zero))
+
     @cached_property
     def distances(self) -> Array:
         """Remaining distance of each point's path from the exact one (P, T), complex, over the point's length."""
+        return self._distances_from(self.exact)
+
+    def _distances_from(self, exact: Array) -> Array:
+        """The distances from known exact paths (P, T)."""
         search = self.search
-        exact = search.exact(self.machine, search.sense * (search.scan.coordinate - self.zero))
         turned = self.unit * np.exp(-1j * self.rotation) * search.paths
         found = turned + self.displacements[:, None] * search.links
         return np.asarray((found - exact) / search.norms)
@@ -125,6 +133,8 @@ class FrameFit:
         sizes = [1.0] * len(frame) + [1.0 if name == ALL_LENGTHS else size for name in lengths]
         places, scale = self.displacements[rows], np.array(sizes + [size] * (2 * len(rows)))
         origin = np.concatenate([values, places.real, places.imag])
+        # By lengths, and by machine and crank zero: most steps of a Jacobian change neither.
+        machines, paths = dict[bytes, ExactReference](), dict[tuple[int, float], Array]()
 
         def fit_at(steps: Array) -> FrameFit:
             """The fit at given steps of the unknowns from the start, each in units of its size."""
@@ -132,12 +142,16 @@ class FrameFit:
             moved, half = self.displacements.copy(), len(rows)
             moved[rows] = placed[:half] + 1j * placed[half:]
             there: Any = dict(zip(frame, turned.tolist(), strict=True))
-            machine = with_lengths(scene, lengths, own) if lengths else self.machine
-            return replace(self, machine=machine, displacements=moved, **there)
+            if (key := own.tobytes()) not in machines:
+                machines[key] = with_lengths(scene, lengths, own) if lengths else self.machine
+            return replace(self, machine=machines[key], displacements=moved, **there)
 
         def distances_at(steps: Array) -> Array:
             """Distances (2 P T,), real and imaginary parts."""
-            flat = fit_at(steps).distances.ravel()
+            there = fit_at(steps)
+            if (key := (id(there.machine), there.zero)) not in paths:
+                paths[key] = there.exact
+            flat = there._distances_from(paths[key]).ravel()
             return np.concatenate([flat.real, flat.imag])
 
         def residuals(steps: Array) -> Array:

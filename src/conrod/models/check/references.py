@@ -14,6 +14,7 @@ from conrod.exact import ExactReference, GenericReference
 from conrod.exact.equations import Equations
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
+from conrod.scenes.described_scene import DescribedScene
 
 # Paths (P, T) of some points around the crank's axis [m], as complex numbers, at crank angles (T,).
 Paths: TypeAlias = Callable[[Array], Array]
@@ -67,9 +68,12 @@ def paths_of(reference: ExactReference, points: Sequence[str]) -> Paths:
     shaft = complex(*shaft_of(reference))
 
     def paths(angle: Array) -> Array:
-        motion = reference.motion(angle, 1.0)
-        positions = [motion.point(name).position for name in points]
-        return np.array([p[:, 0] + 1j * p[:, 1] - shaft for p in positions])
+        if isinstance(reference, DescribedScene | GenericReference):
+            found: Mapping[str, Sequence[Array]] = reference.kinematics.positions(angle)
+        else:  # a closed form gives all derivatives at once
+            motion = reference.motion(angle, 1.0)
+            found = {name: list(motion.point(name).position.T) for name in points}
+        return np.array([x + 1j * y - shaft for x, y in (found[name] for name in points)])
 
     return paths
 
