@@ -15,7 +15,7 @@ from synthetic import longer_rod, other_branch, turned_crank
 from conrod.errors import InvalidInput
 from conrod.exact import GenericReference
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, Motion
+from conrod.exact.motion import WIDTH_DIRECTIONS, Array, Motion, diameter, rotate_planar
 from conrod.mechanism.cam import symmetric_cam
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress
 
@@ -232,3 +232,18 @@ def test_exact_motion_does_not_depend_on_blocks(name: str, generic: bool) -> Non
                 values = getattr(whole.point(point), quantity)
                 size = scene.lengths[point] * abs(scene.speed) ** order
                 np.testing.assert_allclose(values[rows], getattr(part.point(point), quantity), atol=1e-12 * size)
+
+
+@pytest.mark.parametrize("turned", [0.0, 0.3, 1.2, 3.0])
+@pytest.mark.parametrize("flatness", [1.0, 0.5, 1e-3, 0.0])
+def test_length_of_a_path_is_its_widest_extent(flatness: float, turned: float) -> None:
+    """An ellipse from a circle to a straight line, 4 m long, at any angle."""
+    angle = np.linspace(0.0, TURN, 720, endpoint=False)
+    path = np.column_stack(
+        rotate_planar((2.0 * np.cos(angle), 2.0 * flatness * np.sin(angle)), np.full(len(angle), turned))
+    )
+    assert diameter(path) == pytest.approx(4.0, rel=2e-6)
+    # In no direction is it wider than in those that are looked at.
+    ways = np.linspace(0.0, math.pi, WIDTH_DIRECTIONS, endpoint=False)
+    widths = np.ptp(np.column_stack([np.cos(ways), np.sin(ways)]) @ path.T, axis=1)
+    assert diameter(path) == pytest.approx(widths.max(), rel=1e-15)

@@ -26,6 +26,7 @@ PointDerivatives: TypeAlias = tuple[Derivatives, Derivatives]  # of x and of y [
 # An angle this close to a break counts as the break, so that rounding of speed x time cannot choose the side.
 BREAK_WIDTH = 1e-9  # [rad]
 WIDTH_DIRECTIONS, DIRECTIONS_TOGETHER = 1440, 16  # directions in which widths are measured, and how many at once
+NEAR_WIDEST = 0.02  # share of the largest width by which one may be less for those beside it to be measured
 FREED_NUMBERS = 1 << 20  # 8 MB; see `cache_blocks`
 
 
@@ -118,12 +119,16 @@ def diameter(points: Array) -> float:
     """
     directions = np.linspace(0.0, np.pi, WIDTH_DIRECTIONS, endpoint=False)
     across, flat = np.column_stack([np.cos(directions), np.sin(directions)]), np.ascontiguousarray(points.T)
-    # A few directions at a time: what they make of all points then fits the cache.
-    widths = [
-        np.ptp(across[k : k + DIRECTIONS_TOGETHER] @ flat, axis=1).max()
-        for k in range(0, WIDTH_DIRECTIONS, DIRECTIONS_TOGETHER)
-    ]
-    return float(max(widths))
+
+    def widths(some: Array) -> Array:
+        """Widths in some directions, a few at a time: what they make of all points then fits the cache."""
+        blocks = range(0, len(some), DIRECTIONS_TOGETHER)
+        return np.concatenate([np.ptp(some[k : k + DIRECTIONS_TOGETHER] @ flat, axis=1) for k in blocks])
+
+    middle = widths(across[DIRECTIONS_TOGETHER // 2 :: DIRECTIONS_TOGETHER])
+    # A width changes by at most the diameter times the angle between directions: 8 pi / 1440 to the one in the middle.
+    near = ~(middle < (1.0 - NEAR_WIDEST) * middle.max())
+    return float(widths(across.reshape(-1, DIRECTIONS_TOGETHER, 2)[near].reshape(-1, 2)).max())
 
 
 def cache_blocks(count: int, length: int) -> Iterator[slice]:
