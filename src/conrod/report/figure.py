@@ -68,7 +68,10 @@ class Figure:
             drawn = self.draw()
             if isinstance(drawn, str):
                 return []
-            drawn.draw_without_rendering()
+            if (layout := drawn.get_layout_engine()) is None:
+                drawn.draw_without_rendering()
+            else:  # places are known without what is drawn there
+                layout.execute(drawn)
             return list(self.spots(drawn))
 
 
