@@ -8,7 +8,9 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path, PureWindowsPath
+from typing import Any
 
 import pytest
 from four_bars import four_bar
@@ -26,6 +28,13 @@ from conrod.models.torque_runs.torque import split_way
 SOURCE = Path(__file__).parents[1] / "src"
 MODULES = sorted(SOURCE.rglob("*.py"))
 
+
+@cache
+def module_trees() -> dict[str, ast.Module]:
+    """Syntax trees of all modules, by their paths."""
+    return {path.relative_to(SOURCE).as_posix(): ast.parse(path.read_bytes()) for path in MODULES}
+
+
 # -- what only POSIX has -----------------------------------------------------------------------------------------------
 
 POSIX_MODULES = {"fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"}
@@ -35,10 +44,10 @@ POSIX_NAMES = {
 }  # fmt: skip
 
 
-def posix_names(text: str) -> list[str]:
+def posix_names(tree: ast.Module) -> list[str]:
     """What a module uses of Python's library that Windows does not have."""
     found = list[str]()
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree):
         match node:
             case ast.Import(names=names):
                 found += [one.name for one in names if one.name in POSIX_MODULES]
@@ -52,10 +61,10 @@ def posix_names(text: str) -> list[str]:
 
 
 def test_one_module_uses_what_posix_alone_has() -> None:
-    users = {path.name for path in MODULES if posix_names(path.read_text(encoding="utf-8"))}
-    assert users == {"system.py"}
+    users = {name for name, tree in module_trees().items() if posix_names(tree)}
+    assert users == {"conrod/system.py"}
     # Negative control: a lock and a signal, as other modules had them.
-    assert posix_names("import fcntl\nos.killpg(1, signal.SIGKILL)") == ["fcntl", "killpg", "SIGKILL"]
+    assert posix_names(ast.parse("import fcntl\nos.killpg(1, signal.SIGKILL)")) == ["fcntl", "killpg", "SIGKILL"]
 
 
 AS_ON_WINDOWS = """
@@ -150,6 +159,16 @@ def test_memory_limit_is_refused_where_there_is_none(without_posix: None) -> Non
         pass
 
 
+def test_memory_is_limited_on_linux_and_not_on_macos(monkeypatch: pytest.MonkeyPatch) -> None:
+    set_limits = list[Any]()
+    monkeypatch.setattr("resource.getrlimit", lambda _: (-1, -1))
+    monkeypatch.setattr("resource.setrlimit", lambda _, limits: set_limits.append(limits))
+    for platform in ("darwin", "linux"):
+        monkeypatch.setattr(sys, "platform", platform)
+        system.limit_address_space(1 << 30)
+    assert set_limits == [(1 << 30, -1)]
+
+
 # -- paths -------------------------------------------------------------------------------------------------------------
 
 
@@ -220,9 +239,9 @@ def test_exports_have_plain_line_ends() -> None:
         assert "\r" not in text
 
 
-def vague_calls(text: str) -> Iterator[str]:
+def vague_calls(tree: ast.Module) -> Iterator[str]:
     """Calls that read or write text in the encoding, or with the line ends, of the system that they run on."""
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(tree):
         if not isinstance(node, ast.Call):
             continue
         name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
@@ -238,8 +257,8 @@ def vague_calls(text: str) -> Iterator[str]:
 
 
 def test_text_is_read_and_written_alike_on_every_system() -> None:
-    found = {path.name: calls for path in MODULES if (calls := [*vague_calls(path.read_text(encoding="utf-8"))])}
+    found = {name: calls for name, tree in module_trees().items() if (calls := [*vague_calls(tree)])}
     assert found == {}
     # Negative controls.
     vague = ["open(name)", "path.read_text()", "path.write_text(text, encoding='utf-8')"]
-    assert [*vague_calls("\n".join(vague))] == vague
+    assert [*vague_calls(ast.parse("\n".join(vague)))] == vague

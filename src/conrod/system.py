@@ -14,7 +14,6 @@ from importlib import import_module
 from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
-from urllib.parse import quote
 
 
 def _module_if_present(name: str) -> ModuleType | Any:
@@ -165,6 +164,8 @@ def set_permissions(descriptor: int, mode: int) -> None:
 
 def file_address(path: PurePath) -> str:
     """Return a path as an address with slashes: `file:///C:/models/saw.xml`, or relative as the path is."""
+    from urllib.parse import quote
+
     return path.as_uri() if path.is_absolute() else quote(path.as_posix())
 
 
