@@ -209,7 +209,8 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
         assert next_step(edited).startswith(words)
     assert next_step(replace(closed, findings=(soft,))).startswith("conrod harden")  # its own do: no line is printed
     in_mm = replace(closed, findings=(soft,), question=replace(closed.question, unit=1e-3))
-    assert next_step(in_mm).startswith("conrod check")  # harden would take its numbers for metres
+    assert next_step(in_mm).endswith("model.xml --unit mm")
+    assert next_step(in_mm).startswith("conrod harden ")
 
 
 def test_page_draws_judged_runs_over_the_exact_motion(closed: Inspection, tmp_path: Path) -> None:

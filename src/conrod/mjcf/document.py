@@ -17,6 +17,7 @@ import numpy as np
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.mjcf.loading import load_model
+from conrod.mjcf.unit_of_length import convert_to_metres
 
 # The end tag, with nothing but comments behind it.
 END = re.compile(rb"</mujoco\s*>(\s|<!--(?:(?!-->).)*-->)*\Z", re.DOTALL)
@@ -27,13 +28,15 @@ class Document:
 
     Attributes:
         folder: folder that relative paths of includes and assets start from.
-        model: compiled.
+        unit: unit of the file's lengths [m].
+        model: compiled, in metres.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, unit: float = 1.0) -> None:
         if path.suffix.lower() == ".mjb":
             raise InvalidInput(f"{path}: a binary model cannot be taken apart; give the MJCF that it was made from")
-        self.model = load_model(path)
+        self.model, self.unit = load_model(path), unit
+        convert_to_metres(self.model, unit)
         self.folder = path.resolve().parent
         self._content = path.read_bytes()
         if not (end := END.search(self._content)):
@@ -56,13 +59,18 @@ class Document:
             return " ".join(str(error).split())
 
     def compile_with(self, edits: Sequence[str], folder: Path | None = None) -> mujoco.MjModel:
-        """Compile the model with edits, with includes and assets relative to a folder.
+        """Compile the model with edits, in metres, with includes and assets relative to a folder.
+
+        Args:
+            edits: sections of MJCF, in the file's unit of length.
 
         Raises:
             ValueError: the edited model does not compile.
         """
         with contextlib.chdir(folder or self.folder), silence_warnings():
-            return mujoco.MjModel.from_xml_string(self.text_with(edits))
+            model = mujoco.MjModel.from_xml_string(self.text_with(edits))
+        convert_to_metres(model, self.unit)
+        return model
 
 
 def first_difference(one: mujoco.MjModel, other: mujoco.MjModel) -> str:

@@ -150,6 +150,14 @@ def _convert_tendons(model: mujoco.MjModel, unit: float, powers: list[int]) -> N
                 model.wrap_prm[wrap] *= unit ** (power - int(slide))
 
 
+def violation_power(model: mujoco.MjModel, index: int) -> int:
+    """Power of length of what an equality holds at zero: of its first joint or tendon, 1 of bodies and sites."""
+    kind, first = equality_kind(model, index), int(model.eq_obj1id[index])
+    if kind == "joint":
+        return int(model.jnt_type[first] == SLIDE)
+    return tendon_power(model, first) if kind == "tendon" else 1
+
+
 def _convert_equalities(model: mujoco.MjModel, unit: float, tendons: list[int]) -> None:
     for k in range(model.neq):
         kind = equality_kind(model, k)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, overload
 
 from conrod.errors import InvalidInput
 from conrod.execution.local import call_on_file
-from conrod.mjcf.request import controls_of
+from conrod.mjcf.request import controls_of, size_of_unit
 from conrod.models.harden.results import HardenedModel
 from conrod.user_files.files import check_readable
 from conrod.user_files.in_memory import file_of_model
@@ -30,6 +30,7 @@ def harden(
     seconds: float = ...,
     force: bool = ...,
     write: bool = ...,
+    unit: str | None = ...,
 ) -> HardenedModel: ...
 def harden(
     model: str | Path | mujoco.MjModel | mujoco.MjSpec,
@@ -40,6 +41,7 @@ def harden(
     seconds: float = 1.0,
     force: bool = False,
     write: bool = False,
+    unit: str | None = None,
 ) -> HardenedModel | None:
     """Make the closed loops of a MuJoCo model stay closed.
 
@@ -53,6 +55,7 @@ def harden(
         seconds: length of the runs [s].
         force: harden closures that seem soft on purpose, or whose run breaks off when they are hard.
         write: whether the result has the hardened model, in binary form, as its `content`.
+        unit: as in `lint`.
 
     Raises:
         InvalidInput: the model or an argument cannot be used; says what can.
@@ -69,4 +72,5 @@ def harden(
         raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
     with file_of_model(model) as (path, _):
         check_readable(path)
-        return call_on_file(harden_file, path, keyframe, seconds, force, write, controls_of(controls or {}))
+        given, size = controls_of(controls or {}), size_of_unit(unit)
+        return call_on_file(harden_file, path, keyframe, seconds, force, write, given, size)

@@ -25,6 +25,7 @@ from conrod.mjcf.hardenable import active_closures, hardenable_closures
 from conrod.mjcf.loading import check_finite, data_at_start, load_model, start_words
 from conrod.mjcf.request import Controls
 from conrod.mjcf.runs import Run, looping_stepper, run, state_of, user_model_errors
+from conrod.mjcf.unit_of_length import controls_in_metres, convert_to_metres
 from conrod.models.harden import recipe as recipes
 from conrod.models.harden.results import HardenedModel, HardeningRun
 
@@ -53,6 +54,7 @@ def harden_file(
     force: bool = False,
     content: bool = True,
     controls: Controls = (),
+    unit: float = 1.0,
 ) -> HardenedModel:
     """Harden a model and compare runs of it as it is and hardened; the file is only read.
 
@@ -62,6 +64,7 @@ def harden_file(
         force: harden what seems to be soft on purpose, or is worse when hard.
         content: whether the result has the hardened model, not only its figures.
         controls: inputs of actuators in place of the keyframe's, held through the runs.
+        unit: unit of the file's lengths [m]; the runs are in metres, the hardened model is in the file's unit.
 
     Raises:
         InvalidInput: the file is no model, lacks the keyframe, or the run would be too short or too long.
@@ -80,15 +83,19 @@ def harden_file(
         soft = recipes.soft_on_purpose(model, closures)
         if soft and not force:
             return replace(found, refusals=tuple(f"{reason}; {FORCE}" for reason in soft))
-        recipe, (state, start) = recipes.recipe_for(model, closures), closed_start(model, keyframe, controls)
-        hard = apply_recipe(model, recipe)
+        in_metres = copy.copy(model)
+        convert_to_metres(in_metres, unit)
+        controls = controls_in_metres(in_metres, controls, unit)
+        recipe, (state, start) = recipes.recipe_for(model, closures), closed_start(in_metres, keyframe, controls)
         found = replace(
             found,
             loops=tuple(f"{one.kind} {one.name}" for one in closures),
             factor=recipe[0].value,
             lines=recipes.python_lines(recipe, path.absolute()),
             **start,
-            **compare_runs(model, hard, state, steps, every, [one.index for one in closures]),
+            **compare_runs(
+                in_metres, apply_recipe(in_metres, recipe), state, steps, every, [one.index for one in closures]
+            ),
         )
     harm = _harm_reason(found, *found.variants)
     refused = bool(harm) and not force
@@ -96,7 +103,7 @@ def harden_file(
         found,
         refusals=(f"{harm}; {FORCE}",) if refused else (),
         warnings=(*soft, *([harm] if harm and not refused else ()), *_doubts(found), *notes, *_acting_words(found)),
-        content=None if refused or not content else _binary_model(hard),
+        content=None if refused or not content else _binary_model(apply_recipe(model, recipe)),
     )
 
 

@@ -41,6 +41,7 @@ class HardenOptions:
         "--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs."
     )
     controls: tuple[str, ...] = option("--ctrl")
+    unit: str | None = option("--unit", metavar="UNIT", help="Of the model's lengths: m, cm, mm or inch [m].")
     force: bool = option(
         "--force", is_flag=True, help="Harden what seems to be soft on purpose, or breaks off when hard."
     )
@@ -79,6 +80,7 @@ def harden(model: str, asked: HardenOptions) -> None:
             seconds=asked.seconds,
             force=asked.force,
             write="-o" in files,
+            unit=asked.unit,
         )
     print_parts(hardening_to_print(found, files.get("-o")))
     contents: dict[str, str | bytes | None] = {"-o": found.content, "--json": json_document(found.document())}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
 from pathlib import Path
 
 import mujoco
@@ -12,7 +11,6 @@ from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.mjcf.document import END, Document
 from conrod.mjcf.missing_files import spec_without_missing
-from conrod.mjcf.unit_of_length import convert_to_metres
 
 
 class PreparedDocument(Document):
@@ -24,12 +22,6 @@ class PreparedDocument(Document):
             raise InvalidInput("it does not end with </mujoco>; mj_saveLastXML writes MJCF")
         self._end = end.start()
         self.model = self.compile_with(())
-
-    def compile_with(self, edits: Sequence[str], folder: Path | None = None) -> mujoco.MjModel:
-        """Compile the text with edits, and convert it to metres."""
-        model = super().compile_with(edits, folder)
-        convert_to_metres(model, self.unit)
-        return model
 
 
 def prepared_document(path: Path, unit: float, *, whole: bool) -> PreparedDocument:
@@ -45,8 +37,6 @@ def prepared_document(path: Path, unit: float, *, whole: bool) -> PreparedDocume
     if path.suffix.lower() == ".mjb":
         raise InvalidInput("a binary model cannot be taken apart; give the MJCF that it was made from")
     folder = path.resolve().parent
-    if whole and path.suffix.lower() != ".urdf":
-        return PreparedDocument(path.read_bytes(), folder, unit)
     with silence_warnings(), contextlib.chdir(folder):
         found = None if whole else spec_without_missing(Path(path.name))
         spec = found[0] if found else mujoco.MjSpec.from_file(path.name)

@@ -196,8 +196,7 @@ def next_step(study: Inspection) -> str:
     if any(one.rule == SOFT_CLOSURE for one in study.errors):
         if _can_be_pasted(study):
             return f"paste the lines above before </mujoco>, then {again}"
-        if study.question.unit == 1.0:  # `harden` takes a file's numbers for metres
-            return f"conrod harden {shlex.quote(study.file)}"
+        return shlex.join(["conrod", "harden", study.file, *_unit_words(study)])
     if study.motion is not None and study.motion.search is not None:
         drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
         allowed = float(f"{1e3 * study.motion.search.allowed['position']:.1g}")
@@ -250,11 +249,16 @@ def _suggested_law(actuator: ActuatorResult) -> str:
 
 def _command(study: Inspection, *words: str) -> str:
     """The command that inspects the same model, with further arguments."""
-    asked = study.question
-    unit = next(name for name, size in LENGTH_UNITS.items() if size == asked.unit)
-    given = [] if asked.unit == 1.0 else ["--unit", unit]
+    asked, given = study.question, _unit_words(study)
     given += ["--keyframe", asked.keyframe] if asked.keyframe is not None and "--keyframe" not in words else []
     return shlex.join(["conrod", "check", study.file, *given, *words])
+
+
+def _unit_words(study: Inspection) -> list[str]:
+    """The option of a unit other than the metre."""
+    unit = study.question.unit
+    name = next(name for name, size in LENGTH_UNITS.items() if size == unit)
+    return [] if unit == 1.0 else ["--unit", name]
 
 
 def _keyframe_words(name: str, pose: str) -> str:

@@ -127,11 +127,8 @@ def lint_findings(
         whole: whether all that the file names is there.
     """
     try:
-        document = (
-            Document(path)
-            if whole and question.unit == 1.0 and path.suffix.lower() != URDF
-            else (prepared_document(path, question.unit, whole=whole))
-        )
+        is_text = whole and path.suffix.lower() != URDF
+        document = Document(path, question.unit) if is_text else prepared_document(path, question.unit, whole=whole)
         controls = controls_in_metres(document.model, question.controls, question.unit)
         bench, _ = prepare_bench(document, question.keyframe, None, controls)
         findings, notes, _ = judge_rules(bench, ())

@@ -27,6 +27,7 @@ from conrod.mjcf.equalities import (
 from conrod.mjcf.loading import list_names, name_or_number
 from conrod.mjcf.request import MIN_NAMED_OPENING
 from conrod.mjcf.runs import data_at_state, run, state_of
+from conrod.mjcf.unit_of_length import WIDTH, coordinate_powers, violation_power
 from conrod.models.lint.bench import UNCHANGED_SHARE, LintBench
 from conrod.models.lint.findings import Finding, Severity
 
@@ -66,9 +67,9 @@ def _compliance_finding(bench: LintBench, finer: LintBench, soft: list[int], bef
     """Finding on soft closures, with violations [m] before and after they are made stiff at a finer step."""
     model, worst = bench.model, max(soft, key=lambda index: before[index])
     stiff = _stiffen(bench, soft)
-    solref, solimp = (
-        " ".join(f"{v:.6g}" for v in values[worst]) for values in (stiff.model.eq_solref, stiff.model.eq_solimp)
-    )
+    softness = stiff.model.eq_solref[worst].copy(), stiff.model.eq_solimp[worst].copy()
+    softness[1][WIDTH] *= bench.document.unit ** -violation_power(model, worst)
+    solref, solimp = (" ".join(f"{v:.6g}" for v in values) for values in softness)
     return Finding(
         subjects=tuple(closure_name(model, index) for index in soft),
         what=f"closures give way: {closure_name(model, worst)} opens by {1e3 * before[worst]:.3g} mm",
@@ -122,7 +123,8 @@ def open_start(bench: LintBench) -> Iterator[Finding]:
     change, fix = None, "lengths or places of the closures: no pose closes them"
     if close_loops(model, closed, CLOSING_TOLERANCE * bench.size):
         change = bench.change_to(run(model, state_of(model, closed), bench.steps))
-        fix = f'qpos="{" ".join(f"{value:.15g}" for value in closed.qpos)}"'
+        pose = bench.document.unit ** -coordinate_powers(model) * closed.qpos
+        fix = f'qpos="{" ".join(f"{value:.15g}" for value in pose)}"'
     names = tuple(closure_name(model, index) for index in ajar)
     yield Finding(
         subjects=names,

@@ -15,6 +15,7 @@ from conrod.mjcf.document import Document
 from conrod.mjcf.loading import check_finite, data_at_start, start_words
 from conrod.mjcf.request import Controls
 from conrod.mjcf.runs import state_of, user_model_errors
+from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.lint import closures, stepping
 from conrod.models.lint.bench import LintBench
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity
@@ -45,6 +46,7 @@ def lint(
     ignored: Sequence[str] = (),
     fix_folder: Path | None = None,
     controls: Controls = (),
+    unit: float = 1.0,
 ) -> Report:
     """Search a model for what its motion does not need, and for what will cause trouble.
 
@@ -56,6 +58,7 @@ def lint(
         seconds: length of the run [s]; None for `DEFAULT_STEPS` steps.
         ignored: names of rules that are left out.
         fix_folder: folder for a model with the safe fixes; None for no such model.
+        unit: unit of the file's lengths [m].
 
     Raises:
         InvalidInput: the file cannot be used, or lacks a named keyframe or control.
@@ -63,8 +66,9 @@ def lint(
     for name in ignored:
         if name not in RULES:
             raise unknown_choice("rule", name, RULES)
-    document = Document(path)
+    document = Document(path, unit)
     with user_model_errors(path):
+        controls = controls_in_metres(document.model, controls, unit)
         bench, run = prepare_bench(document, keyframe, seconds, controls)
         findings, notes, steady = judge_rules(bench, ignored)
         engine, acting = f"MuJoCo {mujoco.__version__}", bench.run.acting

@@ -38,6 +38,7 @@ class LintOptions:
 
     keyframe: str | None = option("--keyframe")
     controls: tuple[str, ...] = option("--ctrl")
+    unit: str | None = option("--unit", metavar="UNIT", help="Of the models' lengths: m, cm, mm or inch [m].")
     seconds: float | None = option("--seconds", type=float, metavar="T", help="Duration of the run [2000 steps].")
     ignored: tuple[str, ...] = option(
         "--ignore", multiple=True, metavar="RULE", help="Leave a rule out.", shell_complete=complete_rules
@@ -105,6 +106,7 @@ def _lint_one(path: Path, asked: LintOptions, files: Mapping[str, Path]) -> Repo
             seconds=asked.seconds,
             ignore=asked.ignored,
             fix_for=real_path(files["--fix"]).parent if "--fix" in files else None,
+            unit=asked.unit,
         )
 
 
