@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from handmade_studies import SCENE
+from handmade_studies import SCENE, scene_study, validation_result
 from html_pages import found_in
 
 from conrod.errors import InvalidInput
@@ -99,6 +101,23 @@ def test_criterion_loosened_below_its_shown_digits_is_marked() -> None:
     assert statement_changes(before, replace(before)) == ()
 
 
-def test_saw_of_the_handmade_study_has_a_machine_section() -> None:
-    (table,) = machine_section(SCENE, ()).tables
-    assert "`speed`" in [row[0] for row in table.rows]
+@pytest.mark.parametrize(
+    ("title", "changed", "heading"),
+    [
+        (None, (), "saw-500rpm"),
+        (None, ("crank=110mm", "speed=320rpm"), "saw-500rpm with crank=110mm, speed=320rpm"),
+        ("Saw 7", ("crank=110mm",), "Saw 7"),
+    ],
+)
+def test_heading_names_the_machine_and_what_was_changed(
+    title: str | None, changed: tuple[str, ...], heading: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(Dossier, "_invariances", lambda *_: "left out")
+    monkeypatch.setattr("conrod.verification.supporting_sections.software_section", lambda _: VerificationSection())
+    file = tmp_path / "r.html"
+    asked = ValidateOptions(verification=str(file), title=title, assignments=changed)
+    study = scene_study(validation_result("tuned"))
+    Dossier.prepare("validate", ["saw-500rpm"], asked, {"saw-500rpm": SCENE}).write(
+        SimpleNamespace(study=study, verdict="within")  # type: ignore[arg-type]
+    )
+    assert read_verification(file.read_bytes()).heading == f"Verification report: {heading}"

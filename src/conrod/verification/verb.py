@@ -135,8 +135,9 @@ class Dossier:
         command = reproduction(self.command, {"": subject}, given, target).command_for("")
         deviations += [*moves, *([verdict] if study.passed is False else [])]
         made = f"{datetime.now(UTC):%Y-%m-%d %H:%M} UTC"
-        title = self.asked.title or ""
-        return Verification(Path(subject).name, verdict, made, command, found, tuple(deviations), title=title)
+        name, changed = Path(subject).name, ", ".join(getattr(self.asked, "assignments", ()))
+        title = self.asked.title or (f"{name} with {changed}" if changed else "")
+        return Verification(name, verdict, made, command, found, tuple(deviations), title=title)
 
     def _invariances(self, study: Any) -> InvarianceStudy | str:
         """Invariances of the model; a sentence where it has none."""
