@@ -193,7 +193,7 @@ def figure(machines: Sequence[Machine]) -> Figure:
                 labels.setdefault(preset_title(*preset), mark)
         if not any(one.smallest for found in _sizes(machines, *key).values() for one in found.values()):
             axes.annotate("cannot be seen", (1e-12, row), va="center", color="#777777")
-    set_log_axis(axes, (1e-13, 1e4), [10.0**k for k in range(-12, 4, 3)])
+    set_log_axis(axes, (3e-14, 1e4), [10.0**k for k in range(-12, 4, 3)])
     names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
     units = ["-" if unit.startswith("%") else unit for unit in kinds.values()]
     set_rows(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)

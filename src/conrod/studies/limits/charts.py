@@ -87,7 +87,8 @@ LEGEND_COLUMNS = 5
 SENSE_NOTE = ": safe at the left, failing at the right"
 LEVEL_NOTE: dict[str, Any] = {
     "xycoords": ("axes fraction", "data"), "textcoords": "offset points", "xytext": (-3, 2), "ha": "right",
-    "va": "bottom", "fontsize": 7.5, "color": "#666666",
+    "va": "bottom", "fontsize": 7.5, "color": "#555555", "zorder": 7,
+    "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8},
 }  # fmt: skip
 LANE_HEIGHT = 0.17  # of failed runs of a preset [inch]
 LANE_OFFSET = 0.06  # of the lowest lane above the panel [inch]
