@@ -44,12 +44,11 @@ for name, found in errors.items():
     print(f"{name}: {', '.join(words)} mm; {enough} steps are enough")
 
 # %% [markdown]
-# MuJoCo needs 100 steps with `tuned` and 50 with `hardened`; pymunk needs 800. Whoever takes the step from one engine
-# to another is off by a hundred times, or pays for steps that buy nothing.
+# MuJoCo needs 100 steps with `tuned` and 50 with `hardened`; pymunk needs 800. Whoever takes the number of steps from
+# one engine to another misses the bound, or pays for steps that buy nothing.
 #
 # No rule is the best at every step: with 25 steps `hardened` is 0.034 mm off and `tuned` 0.024 mm. Twice the steps
-# leave a quarter of pymunk's error each time, and a sixteenth of that of `hardened`: its order is two there, and four
-# here.
+# leave about a quarter of pymunk's error each time, and about a sixteenth of that of `hardened`: orders two and four.
 #
 # ## What to do next
 #

@@ -55,8 +55,9 @@ print(edited.within_tolerance, edited.passed)
 print(edited.baseline.text)
 
 # %% [markdown]
-# The test fails although nothing is out of tolerance: the position is off by 0.011 of the blade's stroke, and was by
-# 3.9e-05, worse by 11.1 digits of what rounding can change. That is how an edit shows that nobody meant to make.
+# The test fails although nothing is out of tolerance: the blade is off by 0.011 of its stroke, and was by 3.9e-05. The
+# digits that are printed behind it say how far that is beyond what rounding can change. So an edit shows that nobody
+# meant to make.
 #
 # If it was meant, `accept=True` writes the baseline again, and the difference stands in the next review.
 #
