@@ -259,6 +259,12 @@ def test_page_of_an_actuated_model_has_the_trial_that_was_made(tmp_path: Path) -
     followed = inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": "sine:20deg,1Hz"}), "model")
     assert followed.picture is not None
     assert [run.name for run in followed.picture.runs] == ["servo = sine:20deg,1Hz"]
+    # In grey is what was commanded, which the servo lags behind: as far as is said.
+    assert followed.picture.reference == "as commanded"
+    (response,) = followed.moving.followed
+    tip = 0.3 * 1e3  # [mm], by which an angle moves it
+    assert max(followed.picture.runs[0].off) == pytest.approx(tip * response.error, rel=0.1)
+    assert response.error > 0.01
 
 
 def test_settings_stay_at_steps_that_actuators_bear() -> None:

@@ -40,6 +40,15 @@ def test_names_of_a_model_cannot_become_markup() -> None:
     assert "<b onclick" in text.replace("&lt;", "<")
 
 
+def test_all_inputs_of_a_moving_model_have_a_label() -> None:
+    def unlabelled(text: str) -> int:
+        return len(re.findall(r"<(?:input|select)\b", re.sub(r"<label>.*?</label>", "", text, flags=re.DOTALL)))
+
+    text = links_html(motion(run=0.05), "page", "model")
+    assert unlabelled(text) == 0
+    assert unlabelled(text.replace("label>", "span>")) == 4  # control
+
+
 def test_one_magnification_holds_for_all_runs() -> None:
     drawn = motion(coarse=0.5, fine=5e-7)
     assert magnifying_power(drawn) == 2  # 0.5 units are made 50 of 1000; at 1000 times they would be half the picture

@@ -8,15 +8,19 @@ from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
+from conrod.engines.engine import STOCK
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.exact.motion import Array
-from conrod.mjcf.drawn_links import FRAMES, RunToDraw, draw_links
+from conrod.exact.space.drive_laws import parse_drive_law
+from conrod.mjcf.drawn_links import RunToDraw, draw_links, frame_indices
 from conrod.mjcf.driving import break_off_reason
 from conrod.mjcf.loading import start_words
 from conrod.models.inspection.actuator_kinds import TriedActuator, read_actuators
-from conrod.models.inspection.actuator_results import ActuatorResult
+from conrod.models.inspection.actuator_results import SERVOS, ActuatorResult
 from conrod.models.inspection.actuator_runs import prepare_trial
+from conrod.models.inspection.moving_results import LawResponse
 from conrod.report.drawing.moving_links import MovingLinks
 
 MAX_ACTUATORS = 4  # that are drawn
@@ -35,11 +39,14 @@ class PoseRecorder:
     def __call__(self, data: mujoco.MjData) -> None:
         self.poses.append(data.qpos.copy())
 
+    @property
+    def steps(self) -> NDArray[np.intp]:
+        """Numbers (K,) of `FRAMES` + 1 evenly spaced steps, or of all if these are fewer."""
+        return frame_indices(len(self.poses))
+
     def frames(self) -> Array:
-        """Coordinates (nq, K) at `FRAMES` + 1 evenly spaced steps, or at all if these are fewer."""
-        count = len(self.poses)
-        rows = np.round(np.linspace(0, count - 1, min(count, FRAMES + 1))).astype(int)
-        return np.array([self.poses[row] for row in rows.tolist()]).T
+        """Coordinates (nq, K) at `steps`."""
+        return np.array([self.poses[step] for step in self.steps.tolist()]).T
 
 
 def draw_own_runs(
@@ -63,12 +70,27 @@ def draw_own_runs(
     return draw_links(model, None, runs)
 
 
-def draw_law_run(model: mujoco.MjModel, recorder: PoseRecorder, words: str, broke: str = "") -> MovingLinks | None:
-    """Draw a run along given laws; None if no run was recorded."""
+def draw_law_run(model: mujoco.MjModel, recorder: PoseRecorder, followed: Sequence[LawResponse]) -> MovingLinks | None:
+    """Draw a run along given laws, over the positions that servos were commanded to; None if none was recorded.
+
+    Other joints are where they are in the run.
+    """
     if len(recorder.poses) < 2:
         return None
-    seconds = len(recorder.poses) * float(model.opt.timestep)
-    return draw_links(model, None, [RunToDraw(words, "", seconds, recorder.frames(), broke)])
+    step, frames, every = float(model.opt.timestep), recorder.frames(), read_actuators(model)
+    commanded, servos = frames.copy(), 0
+    for response in (one for one in followed if one.follows):
+        servo = next((one for one in every if response.name == one.name), None) or next(
+            (one for one in every if f"joint {response.name}" == one.drives and one.kind in SERVOS), None
+        )
+        if servo is not None and servo.joint is not None and servo.kind in SERVOS:
+            place, servos = int(model.jnt_qposadr[servo.joint]), servos + 1
+            law = parse_drive_law(response.law, servo.unit, float(recorder.poses[0][place]), response.name)
+            commanded[place] = law.derivatives(np.asarray(step * recorder.steps, dtype=float))[0]
+    words = ", ".join(f"{one.name} = {one.law}" for one in followed if one.follows)
+    ended = next((one.broke for one in followed if one.broke), "")
+    run = RunToDraw(words, STOCK, step * len(recorder.poses), frames, ended)
+    return draw_links(model, commanded if servos else None, [run], reference="as commanded")
 
 
 def _moves(model: mujoco.MjModel, coordinates: Array) -> bool:

@@ -70,8 +70,7 @@ def _draw_runs(
 ) -> MovingLinks | None:
     """Draw the run along the laws that were given, or the actuators' trials and the file's own run."""
     if moving.followed and recorder.poses:
-        words = ", ".join(f"{one.name} = {one.law}" for one in moving.followed if one.follows)
-        return draw_law_run(model, recorder, words, next((one.broke for one in moving.followed if one.broke), ""))
+        return draw_law_run(model, recorder, moving.followed)
     return draw_own_runs(model, start, keyframe, moving.actuators)
 
 
