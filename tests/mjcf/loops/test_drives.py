@@ -249,7 +249,7 @@ FIGURES = {
 def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None:
     drives, *expected = FIGURES[name]
     bench = _LoopBench.from_request(mujoco.MjModel.from_xml_path(str(CASES / f"{name}.xml")), LoopRequest(drives))
-    runs = [bench._run(label, 1.0, 0.1) for label in (OWN, "hardened")]
+    runs = [bench._run(label, 1.0, 0.1, {}) for label in (OWN, "hardened")]
     found = [run.errors["position"] for run in runs]
     assert found[0] == pytest.approx(expected[0], rel=1e-4)
     assert found[1] == pytest.approx(expected[1], rel=0.02)
@@ -258,7 +258,7 @@ def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None
 def test_steering_opens_at_its_teeth_when_its_rack_drives_it() -> None:
     """Softened by the pinion's tiny inertia: in plain MuJoCo by 30.07 mm of 30."""
     model = mujoco.MjModel.from_xml_path(str(CASES / "steering.xml"))
-    run = _LoopBench.from_request(model, LoopRequest({"rack": "sine:30mm,1Hz"}))._run(OWN, 1.0, 0.1)
+    run = _LoopBench.from_request(model, LoopRequest({"rack": "sine:30mm,1Hz"}))._run(OWN, 1.0, 0.1, {})
     assert (run.outcome.slug, run.reason) == ("opened", "teeth opens by 30.1 mm")
 
 
@@ -268,7 +268,7 @@ def test_run_follows_a_reversing_drive_when_actuation_is_off(flag: str) -> None:
     model = mujoco.MjModel.from_xml_string(
         text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag actuation="{flag}"/></option>')
     )
-    run = _LoopBench.from_request(model, LoopRequest(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
+    run = _LoopBench.from_request(model, LoopRequest(laws, seconds=0.1))._run("hardened", 1.0, 0.1, {})
     assert run.errors["acceleration"] < 1e-6
 
 
@@ -309,7 +309,7 @@ def test_hardening_holds_when_inverse_inertias_vary_each_step() -> None:
     text, laws = MODELS["disc and crank"]
     exact = text.replace(f'timestep="{STEP}"/>', f'timestep="{STEP}"><flag diagexact="enable"/></option>')
     model = mujoco.MjModel.from_xml_string(exact)
-    run = _LoopBench.from_request(model, LoopRequest(laws, seconds=0.1))._run("hardened", 1.0, 0.1)
+    run = _LoopBench.from_request(model, LoopRequest(laws, seconds=0.1))._run("hardened", 1.0, 0.1, {})
     assert run.errors["position"] < 1e-7
     harden(model)
     assert model.opt.enableflags == 0

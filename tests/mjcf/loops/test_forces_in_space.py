@@ -119,7 +119,7 @@ FORCES = {
 def test_forces_are_compared_unless_others_act_in_the_run(what: str) -> None:
     text, expected = FORCES[what]
     bench = _LoopBench.from_request(mujoco.MjModel.from_xml_string(text), LoopRequest({"crank": "60rpm"}, seconds=0.1))
-    run = bench._run("hardened", 1.0, 0.1)
+    run = bench._run("hardened", 1.0, 0.1, {})
     assert bench._unknown_forces(run.acting) == expected
     assert bool(run.drives) == (not expected)
     assert all(off < 1e-6 for off in run.drives.values())

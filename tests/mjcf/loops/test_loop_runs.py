@@ -186,7 +186,7 @@ def test_hardened_converges_with_order_4_and_tuned_with_2(
     for label, step, orders in (("tuned", tuned, {"position": 2.0}),
                                 ("hardened", hardened, {"position": 4.0, "velocity": 4.0})):  # fmt: skip
         bench = machine_bench(name, seconds, step)
-        runs = {n: bench._run(label, n, travel(bench)) for n in (1.0, 2.0, 4.0)}
+        runs = {n: bench._run(label, n, travel(bench), {}) for n in (1.0, 2.0, 4.0)}
         assert all(run.outcome is Outcome.COMPLETED for run in runs.values())
         for quantity, order in orders.items():
             claimed = claimed_order((int(n), run.errors[quantity]) for n, run in runs.items())
@@ -195,7 +195,7 @@ def test_hardened_converges_with_order_4_and_tuned_with_2(
 
 
 def test_forces_of_a_hardened_run_are_the_exact_ones() -> None:
-    run = machine_bench("rssr", 0.4, 4e-3)._run("hardened", 4.0, 1.0)
+    run = machine_bench("rssr", 0.4, 4e-3)._run("hardened", 4.0, 1.0, {})
     assert max(run.drives["input"], run.reactions["rocker_pin"]) < 1e-6
 
 
@@ -221,7 +221,7 @@ def test_engine_model_defect_shows_in_kinematic_mode_and_runs(defect: str) -> No
     assert max(shares["position"], shares["closures"]) > 1e4 * KINEMATIC_TOLERANCE
     # And so much more than a healthy run is off.
     healthy, planted = (
-        b._run("hardened", 4.0, travel(bench)).errors["position"] for b in (bench, replace(bench, model=model))
+        b._run("hardened", 4.0, travel(bench), {}).errors["position"] for b in (bench, replace(bench, model=model))
     )
     assert planted > 1e-5 > 1e3 * healthy
 
@@ -257,7 +257,7 @@ def test_a_run_on_the_other_branch_is_flipped_and_not_completed() -> None:
 def test_a_soft_run_that_is_far_off_is_on_its_branch() -> None:
     # As it is, the rocker of the RSSR is off by more than a twentieth of its travel: softness, and no flip.
     bench = machine_bench("rssr", None, 2e-3)
-    assert bench._run(OWN, 1.0, travel(bench)).outcome is Outcome.COMPLETED
+    assert bench._run(OWN, 1.0, travel(bench), {}).outcome is Outcome.COMPLETED
 
 
 def test_late_stamp_is_an_error_and_open_or_ended_run_an_outcome() -> None:
