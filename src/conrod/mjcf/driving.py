@@ -241,7 +241,7 @@ def break_off_reason(model: mujoco.MjModel, data: mujoco.MjData) -> str:
     """Why a run's numbers are no longer valid; empty if they are."""
     bad = bad_number_warnings(data)
     # A sum is finite only where its terms are. One that overflows is of numbers that are none any more.
-    if not bad and isfinite(data.qpos.sum() + data.qvel.sum()):
+    if not bad and isfinite(sum(data.qpos.tolist()) + sum(data.qvel.tolist())):
         return ""
     reset = bool(bad) and not model.opt.disableflags & compat.disable_bit("AUTORESET")
     return (RESET_REASON if reset else "not finite") + (f" ({', '.join(bad)})" if bad else "")

@@ -134,9 +134,9 @@ class ForceWatch:
         model = self._model
         for name, kind in (("qfrc_fluid", kinds.FLUID), ("qfrc_gravcomp", kinds.COMPENSATION),
                            ("qfrc_adhesion", kinds.ADHESION)):  # fmt: skip
-            if (forces := getattr(data, name, None)) is not None and forces.any():
+            if (forces := getattr(data, name, None)) is not None and any(forces.tolist()):
                 self._record(kind, "", float(np.abs(forces).max()), "")
-        if self._springs and data.qfrc_spring.any():
+        if self._springs and any(data.qfrc_spring.tolist()):
             for k in np.flatnonzero(_nonzero_mask(model, "jnt_stiffness", "jnt_stiffnesspoly")).tolist():
                 linear = joint_kind(model, k) in ("hinge", "slide") and not _nonzero_mask(
                     model, "jnt_stiffnesspoly", "jnt_springyield")[k]  # fmt: skip
@@ -145,7 +145,7 @@ class ForceWatch:
                 low, high = model.tendon_lengthspring[k]
                 stretch = float(data.ten_length[k] - np.clip(data.ten_length[k], low, high))
                 self._record_tendon(kinds.SPRING, k, float(model.tendon_stiffness[k]) * stretch)
-        if self._dampers and data.qfrc_damper.any():
+        if self._dampers and any(data.qfrc_damper.tolist()):
             for k in np.flatnonzero(_nonzero_mask(model, "tendon_damping", "tendon_dampingpoly")).tolist():
                 self._record_tendon(kinds.DAMPER, k, float(model.tendon_damping[k] * data.ten_velocity[k]))
             damped = _nonzero_mask(model, "dof_damping", "dof_dampingpoly")

@@ -72,6 +72,8 @@ def warning_counts(data: mujoco.MjData) -> dict[str, int]:
 def bad_number_warnings(data: mujoco.MjData) -> list[str]:
     """Names of the warnings that have occurred after which a run's numbers are meaningless."""
     warnings, kinds = data.warning, warning_kinds()
+    if not any(warnings.number.tolist()):  # after nearly all steps
+        return []
     return [name for name in BAD_NUMBER_WARNINGS if warnings[kinds[name]].number]
 
 
