@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import jax
@@ -33,11 +33,9 @@ from conrod.execution.writing import write_together
 from conrod.report.subreports import report_mark
 from conrod.report.table import table
 from conrod.report.template import table_text
-from conrod.scenes import SCENES, Scene
+from conrod.scenes import Scene
+from docs.studies.fleets import DRAWING, STEPS, saw, saw_sizes
 
-DRAWING: Any = SCENES["saw-500rpm"]
-TOLERANCES = {"crank": 0.3e-3, "rod": 0.5e-3, "offset": 0.3e-3}  # [m], ISO 2768-1 m: 30 to 120 mm, 120 to 400 mm
-STEPS = 250  # a turn, of which there is one
 SHARES = (0.0, 50.0, 95.0, 100.0)  # per cent
 
 
@@ -54,12 +52,7 @@ class Measured:
 
 def saws(count: int) -> list[Scene]:
     """Saws of the drawing, each as it may have been made."""
-    off = np.random.default_rng(2768).uniform(-1.0, 1.0, (count, len(TOLERANCES)))
-    sizes = [
-        {name: getattr(DRAWING, name) + u * t for u, (name, t) in zip(row, TOLERANCES.items(), strict=True)}
-        for row in off
-    ]
-    return [replace(DRAWING, **size) for size in sizes]
+    return [saw(size) for size in saw_sizes(count)]
 
 
 def strokes(machines: Iterable[Scene]) -> Array:
@@ -186,7 +179,8 @@ def page(machines: Sequence[Scene], found: Sequence[Measured]) -> str:
         f"moves with them by {spread:.1%}.**", "",
         f"{len(machines)} saws of `saw-500rpm`, lengths drawn evenly within ISO 2768-1 m (crank 100 ± 0.3 mm, rod "
         f"300 ± 0.5 mm, offset 90 ± 0.3 mm), one turn of {STEPS} steps from the exact start. MJX steps them all in "
-        "one call, MuJoCo one after the other. Made by `make batch`.", "",
+        "one call, MuJoCo one after the other. Made by `make batch`. [On a GPU](gpu.md): up to 100,000 at once, and "
+        "grippers.", "",
         table_text(table(headings, cells, headings[1:])), "",
         "No law is stated of single precision, nor of MuJoCo under Euler.", "",
         table_text(table(spent, costs, spent[1:])), "",
