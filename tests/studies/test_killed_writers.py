@@ -37,12 +37,15 @@ batches, steps = pickle.loads(Path(sys.argv[4]).read_bytes())
 def killed(step):
     process = os.fork()
     if process:
-        return os.waitpid(process, 0)[1] != 0
+        status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+        assert status in (0, -signal.SIGKILL), status
+        return status != 0
     def count(event, _):
         nonlocal step
-        step -= event in steps
-        if step < 0:
-            os.kill(os.getpid(), signal.SIGKILL)
+        if event in steps:  # and not in the kill itself, which is reported, too
+            step -= 1
+            if step < 0:
+                os.kill(os.getpid(), signal.SIGKILL)
     sys.addaudithook(count)
     write_together(batches)
     os._exit(0)
