@@ -105,6 +105,9 @@ def test_picture_is_bounded_whatever_is_in_the_model(links: int) -> None:
     assert len(bars) == min(links, MAX_LINKS)
     assert found.runs[0].rows.shape[0] == FRAMES + 1
     assert found.runs[0].rows.size < 40_000
+    several = drawn(model, motion, one=motion, two=motion, three=motion)
+    assert several.exact.size + sum(run.rows.size for run in several.runs) < 60_000
+    assert len(several.exact) == len(several.runs[2].rows) >= 1 + FRAMES // 6
     assert found.view == (OBLIQUE_WORDS if links > 1 else "In the xz plane")
 
 

@@ -21,6 +21,8 @@ from conrod.report.numbers import round_to_digits
 
 FRAMES = 60  # of a run, besides its first
 MAX_LABELS, BESIDE = 8, 30.0  # names of points, and how near one hides another [drawing units]
+MAX_NUMBERS = 40_000  # of all runs together, above which fewer instants are drawn
+STRIDES = (1, 2, 3, 4, 5, 6)  # from one to the next; all divide `FRAMES`
 DRAWING_UNITS = 1000.0  # of the picture's larger side
 MARGIN, MIN_ASPECT = 0.08, 0.3  # of the larger side: about the picture, and its least height or width
 MIN_WIDTH, MAX_WIDTH = 8.0, 120.0  # of the axis of a geom [drawing units]
@@ -74,6 +76,11 @@ def draw_links(
     sketch = sketch_links(model, np.concatenate(motions, axis=1), points)
     if not sketch.offsets:
         return None
+    instants = sum(run.coordinates.shape[1] for run in runs) + (0 if exact is None else exact.shape[1])
+    numbers = 2 * len(sketch.offsets) * instants
+    every = next((n for n in STRIDES if numbers <= n * MAX_NUMBERS), STRIDES[-1])
+    motions = [motion[:, ::every] for motion in motions]
+    runs = [replace(run, coordinates=run.coordinates[:, ::every]) for run in runs]
     tracks = [sketch.places(model, motion) for motion in motions]
     still = sketch.ground_places(model, motions[0][:, 0])
     view = view_of(np.concatenate(tracks))
@@ -84,7 +91,7 @@ def draw_links(
         if exact is None:
             drawn.append(DrawnRun(run.name, run.preset, run.seconds, np.round(flat[k], 1), (), run.ended))
             continue
-        count = min(run.coordinates.shape[1], exact.shape[1])
+        count = min(run.coordinates.shape[1], motions[0].shape[1])
         off = sketch.places(model, run.coordinates[:, :count]) - tracks[0][:count]
         rows = scale * view.project(off).reshape(count, -1)
         rounded = np.array([[round_to_digits(float(value), RUN_DIGITS) for value in row] for row in rows])

@@ -20,7 +20,7 @@ MAX_LINKS, MAX_POINTS = 60, 400
 MAX_GEOMS = 3  # of a link
 SAME_PLACE = 1e-6  # of the extent: points of a link that are drawn as one
 ORDER = (GUIDE, DISC, GEOM, BAR, PIN)  # from bottom to top
-GUIDE_ENDS = 0.05  # of the extent, by which a guide is longer than the slide's motion at each end
+GUIDE_ENDS = 0.05  # of the machine's size, by which a guide is longer than the slide's motion at each end
 SPHERE, CAPSULE, CYLINDER, PLANE, HFIELD = (
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name}")) for name in ("SPHERE", "CAPSULE", "CYLINDER", "PLANE", "HFIELD")
 )
@@ -135,7 +135,7 @@ def _guides(model: mujoco.MjModel, data: mujoco.MjData, coordinates: Array) -> I
     for j in range(model.njnt):
         if joint_kind(model, j) == "slide":
             values, parent = coordinates[model.jnt_qposadr[j]], int(model.body_parentid[model.jnt_bodyid[j]])
-            beyond = GUIDE_ENDS * float(model.stat.extent)
+            beyond = GUIDE_ENDS * machine_box(model, data)[2]
             travels = values.min() - values[0] - beyond, values.max() - values[0] + beyond
             low, high = (data.xanchor[j] + travel * data.xaxis[j] for travel in travels)
             yield _Guide(_link_of(model, parent), name_or_number(model, "joint", j), (low, high))
@@ -231,21 +231,20 @@ def _add_ground(
         made.ground_offsets.append(_in_body_frame(data, body, place))
         return len(made.ground_bodies) - 1
 
-    name, (low, high) = name_or_number(model, "body", body), _moving_reach(model, data)
+    name, (low, high, size) = name_or_number(model, "body", body), machine_box(model, data)
     for kind, places, width in _geom_shapes(model, data, body)[: 4 * MAX_GEOMS]:
-        if np.all(low <= places) and np.all(places <= high):
+        if np.all(low - size <= places) and np.all(places <= high + size):
             made.ground.append(LinkShape(kind, name, tuple(map(index, places)), width))
     made.ground += [LinkShape(GUIDE, guide.name, tuple(map(index, guide.ends))) for guide in guides]
     made.ground += [LinkShape(PIN, end.name, (index(end.place),)) for end in joined if end.marked]
 
 
-def _moving_reach(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array]:
-    """Corners of the box about all moving bodies and joints, larger by its size to each side."""
+def machine_box(model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, float]:
+    """Corners (3,) of the box about all moving bodies and their joints, and its diagonal."""
     moving = np.flatnonzero(model.body_dofnum[model.body_weldid])
     places = np.concatenate([data.xpos[moving], data.xipos[moving], data.xanchor])
     low, high = places.min(axis=0), places.max(axis=0)
-    size = float(np.linalg.norm(high - low)) or float(model.stat.extent)
-    return low - size, high + size
+    return low, high, float(np.linalg.norm(high - low)) or float(model.stat.extent)
 
 
 def _geom_shapes(model: mujoco.MjModel, data: mujoco.MjData, link: int) -> list[tuple[str, list[Array], float]]:

@@ -16,6 +16,7 @@ from conrod.exact.motion import Array
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.mjcf.drawn_links import RunToDraw, draw_links, frame_indices
 from conrod.mjcf.driving import break_off_reason
+from conrod.mjcf.link_sketch import machine_box
 from conrod.mjcf.loading import start_words
 from conrod.models.inspection.actuator_kinds import TriedActuator, read_actuators
 from conrod.models.inspection.actuator_results import SERVOS, ActuatorResult
@@ -27,7 +28,8 @@ MAX_ACTUATORS = 4  # that are drawn
 OWN_SECONDS, MAX_OWN_STEPS = 3.0, 6000  # length of the file's own run
 FORCE_SECONDS, MAX_FORCE_STEPS = 1.0, 4000  # longest run of a force
 FORCE_ROOM = 0.4  # of its range, that a force is run through
-MOVES = 1e-3  # of the extent: a body that moves by more is seen to move
+MOVES = 1e-3  # of the machine's size: a body that moves by more is seen to move
+FAR = 3.0  # of the machine's size: what falls further is drawn until then
 
 
 @dataclass
@@ -64,9 +66,11 @@ def draw_own_runs(
     runs = [_trial_run(model, start, one, commands, every) for one, commands in tried[:MAX_ACTUATORS]]
     steps = max(2, min(MAX_OWN_STEPS, round(OWN_SECONDS / float(model.opt.timestep))))
     own, seconds, broke = _record(model, copy.copy(start), lambda data: None, steps)
-    places = start_words(model, keyframe, np.array(start.ctrl).tolist())
-    if not runs or broke or _moves(model, own):
-        runs.append(RunToDraw(f"run as the file has it, from {places}", "", seconds, own, broke))
+    places, moved = start_words(model, keyframe, np.array(start.ctrl).tolist()), _displacements(model, own)
+    if not runs or broke or moved.max() > MOVES:
+        near = max(2, int(np.argmax(moved > FAR)) if np.any(moved > FAR) else len(moved))
+        seconds *= (near - 1) / max(1, len(moved) - 1)
+        runs.append(RunToDraw(f"run as the file has it, from {places}", "", seconds, own[:, :near], broke))
     return draw_links(model, None, runs)
 
 
@@ -93,14 +97,16 @@ def draw_law_run(model: mujoco.MjModel, recorder: PoseRecorder, followed: Sequen
     return draw_links(model, commanded if servos else None, [run], reference="as commanded")
 
 
-def _moves(model: mujoco.MjModel, coordinates: Array) -> bool:
-    """True if a body is seen to move along coordinates (nq, K)."""
-    data, places = mujoco.MjData(model), list[Array]()
+def _displacements(model: mujoco.MjModel, coordinates: Array) -> Array:
+    """Largest displacement (K,) of a body since the first of some coordinates (nq, K), over the machine's size."""
+    data, places, size = mujoco.MjData(model), list[Array](), 0.0
     for pose in coordinates.T:
         data.qpos[:] = pose
         mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        size = size or machine_box(model, data)[2]
         places.append(data.xipos.copy())
-    return bool(np.linalg.norm(np.array(places) - places[0], axis=2).max() > MOVES * float(model.stat.extent))
+    return np.asarray(np.linalg.norm(np.array(places) - places[0], axis=2).max(axis=1) / size)
 
 
 def _record(
