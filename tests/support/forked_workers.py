@@ -93,11 +93,14 @@ class _Server:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._socket, theirs = socket.socketpair()
+        from conrod import ONE_THREAD, SAFE_PATH
+        from conrod.execution.worker_process import import_path
+
+        # It imports from where this process does, as a worker that is started does.
         code = (
-            f"import sys; path = sys.path.copy(); sys.path.insert(0, {str(Path(__file__).parent)!r}); "
+            f"import sys; path = sys.path.copy(); sys.path[:0] = {[str(Path(__file__).parent), *import_path()]!r}; "
             f"import {__name__} as m; exec(m.serve({theirs.fileno()}, path))"
         )
-        from conrod import ONE_THREAD, SAFE_PATH
 
         self._process = subprocess.Popen(
             [PYTHON, "-P", "-c", code],
