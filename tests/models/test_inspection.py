@@ -359,6 +359,15 @@ def test_a_folded_arm_on_a_handle_has_no_loop_that_is_singular(tmp_path: Path) -
     assert "singular" in said(inspected(FOLDED_ARM.replace("EQUALITY", pin), tmp_path), "close")
 
 
+def test_a_model_without_loop_and_actuator_says_so_first(tmp_path: Path) -> None:
+    arm = FOLDED_ARM.replace("<equality>EQUALITY</equality>", "")
+    words = "It has no closed loop and no actuator that was tried: no motion of it is judged."
+    assert words in finding(inspected(arm, tmp_path))
+    # Control: an actuator that was tried is the first thing to say.
+    servo = '<actuator><position name="servo" joint="wrist" kp="50" kv="5"/></actuator></mujoco>'
+    assert words not in finding(inspected(arm.replace("</mujoco>", servo), tmp_path))
+
+
 @pytest.mark.slow
 def test_a_model_that_stands_still_is_no_model_without_findings() -> None:
     found = inspect(CASES / "steering.xml", InspectionRequest(), "steering")

@@ -54,12 +54,14 @@ class PoseRecorder:
 def draw_own_runs(
     model: mujoco.MjModel, start: mujoco.MjData, keyframe: int | None, actuators: Sequence[ActuatorResult]
 ) -> MovingLinks | None:
-    """Draw the trials of a model's first actuators, and the run of the file as it is if something moves in it.
+    """Draw the trials of a model's first actuators, and the file's own run if something moves in it; or None.
 
     Args:
         start: data at the start; it is not changed.
         keyframe: number of the keyframe that the start is; None for the model's own pose.
     """
+    if not model.nv:
+        return None
     every = read_actuators(model)
     tried = [(one, commands) for one, result in zip(every, actuators, strict=False)
              if not one.untried and (commands := list(_commands(model, one, result)))]  # fmt: skip

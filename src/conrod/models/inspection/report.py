@@ -52,6 +52,8 @@ def finding(study: Inspection) -> str:
     if closing.passed and study.motion is not None and study.motion.own.errors:
         off = in_mm(study.motion.own.errors["position"])
         sentences.append(f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings.")
+    if sentences == ["It loads."]:
+        sentences.append("It has no closed loop and no actuator that was tried: no motion of it is judged.")
     if any(one.rule == "nothing-moves" for one in study.findings):
         sentences.append("Nothing moves in its own run.")
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
