@@ -108,6 +108,32 @@ def test_search_lists_places_with_all_words_the_best_first(site: Any, tmp_path: 
         assert complaints(page) == []
 
 
+def lost_links(folder: Path) -> list[tuple[str, str]]:
+    """Links of a site's pages, and addresses of its search, that lead to no file or no place in it."""
+    pages = {file.resolve(): found_in(file.read_text()) for file in folder.rglob("*.html")}
+    ids = {file: set(found.values("id")) for file, found in pages.items()}
+    links = [(file, href) for file, found in pages.items() for href in found.values("href")]
+    (packed,) = re.findall('octet-stream">(.*?)</script>', (folder / "search.html").read_text())
+    entries = json.loads(zlib.decompress(base64.b64decode(packed)))
+    links += [((folder / "search.html").resolve(), address) for _, address, *_ in entries]
+    lost = []
+    for file, link in links:
+        path, _, place = link.partition("#")
+        there = (file.parent / path).resolve() if path else file
+        if not link.startswith(("https:", "data:")) and (there not in ids or (place and place not in ids[there])):
+            lost.append((file.name, link))
+    return lost
+
+
+@pytest.mark.slow  # builds the whole site; its parts are looked at above
+def test_links_and_search_of_the_whole_site_lead_somewhere(site: Any, tmp_path: Path) -> None:
+    site.build(tmp_path)
+    assert lost_links(tmp_path) == []
+    # Negative control: a page less.
+    (tmp_path / "docs" / "glossary.html").unlink()
+    assert ("search.html", "docs/glossary.html#glossary") in lost_links(tmp_path)
+
+
 def test_verdicts_stand_before_the_numbers_of_a_table() -> None:
     place = Place("p", 0, lambda *_: None, lambda _: None)
     table = "| engine | error | more | {} |\n| --- | ---: | --- | --- |\n| MuJoCo | 7.9 | m | out |\n"
