@@ -114,6 +114,39 @@ def test_motion_of_the_same_machine_is_tracked_once(monkeypatch: pytest.MonkeyPa
     assert (once, len(tracked)) == (twice, 1)
 
 
+def test_knots_are_the_same_when_tracked_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    question = LoopRequest(dict(MACHINES["bennett"]().drives))
+    bench = _LoopBench.from_request(mujoco.MjModel.from_xml_string(MACHINES["bennett"]().mjcf), question)
+    together, calls, close = bench.machine.knots, list[int](), DrivenTree.close_loops
+
+    def count(self: DrivenTree, coordinates: Array, time: Array | float) -> tuple[Array, float]:
+        calls.append(np.size(time))
+        return close(self, coordinates, time)
+
+    monkeypatch.setattr(DrivenTree, "close_loops", count)
+    monkeypatch.setattr("conrod.exact.space.motion.KNOTS_TOGETHER", 1)
+    bench.machine.track_branch(together[0].coordinates, bench.seconds)
+    assert calls == [1] * 48
+    for one, other in zip(together, bench.machine.knots, strict=True):
+        assert one.time == other.time
+        assert np.abs(one.coordinates - other.coordinates).max() < 1e-13
+        assert np.abs(one.rates - other.rates).max() < 1e-9  # jerks of 250 rad/s^3
+
+
+def test_poses_closed_together_are_those_closed_alone() -> None:
+    machine = driven(four_bar(), {"crank": "60rpm"})
+    start, times = machine.knots[0].coordinates, np.array([0.0, 0.02, 0.05])
+    found, gap = machine.close_loops(np.repeat(start, 3, axis=1), times)
+    alone = [machine.close_loops(start, float(time)) for time in times]
+    assert np.abs(found - np.concatenate([pose for pose, _ in alone], axis=1)).max() < 1e-14
+    assert gap == pytest.approx(max(one for _, one in alone), abs=1e-15)
+    # Negative control: the one that cannot be closed is named by where its crank is.
+    start = np.repeat(start, 3, axis=1)
+    start[1:, 1] = math.nan
+    with pytest.raises(InvalidInput, match=f"its loops do not close {machine.describe_drives(0.02)}"):
+        machine.close_loops(start, times)
+
+
 def test_other_branch_is_named_with_the_point_furthest_off() -> None:
     machine, own = (driven(four_bar(frame="", branch=branch), {"crank": "60rpm"}) for branch in (1.0, -1.0))
     motion, exact = own.motion(TIMES, order=2), machine.motion(TIMES, order=2)

@@ -80,33 +80,52 @@ class Assembly:
             made[joint.coordinate] = law.derivatives(times)[0]
         return made
 
-    def close_loops(self, coordinates: Array, time: float) -> tuple[Array, float]:
-        """Return coordinates (nq, 1) of the nearest closed pose, and the constraint violation that remains [m].
+    def close_loops(self, coordinates: Array, time: Array | float) -> tuple[Array, float]:
+        """Return coordinates (nq, T) of the nearest closed poses, and the largest violation that remains [m].
+
+        Args:
+            coordinates: (nq, T).
+            time: times (T,) [s], or the time of a single pose.
 
         Raises:
-            InvalidInput: the loops cannot be closed.
+            InvalidInput: the loops cannot be closed; names the first time at which they stay open.
         """
-        here, before = self.with_driven_joints(coordinates, np.array([time])), math.inf
+        times = np.atleast_1d(np.asarray(time, dtype=float))
+        here, largest = self.with_driven_joints(coordinates, times), 0.0
+        # Poses that are not closed yet, and the sizes of their last steps.
+        going, before = np.arange(len(times)), np.full(len(times), math.inf)
         for _ in range(MAX_NEWTON_STEPS):
-            found = forward_kinematics(self.tree, here)
-            left, matrix = residuals(found, 0)[0, :, 0], self.scaled_jacobian(found)
-            if not (np.all(np.isfinite(left)) and np.all(np.isfinite(matrix))):
+            found = forward_kinematics(self.tree, here[:, going])
+            left, matrix = _violations(found, len(going)), self.scaled_jacobians(found, len(going))
+            finite = np.isfinite(left).all(axis=0) & np.isfinite(matrix).all(axis=(1, 2))
+            if not finite.all():
+                going = going[~finite]
                 break
-            step = np.zeros((self.tree.freedom, 1))
+            step = np.zeros((self.tree.freedom, len(going)))
             if matrix.size:
-                step[self.free, 0] = -self.weights * np.linalg.lstsq(matrix, left, rcond=RANK_TOLERANCE)[0]
-            here = displace(self.tree, here, step)
-            size = float(np.abs(step).max(initial=0.0))
-            if size <= CLOSED_STEP * (1.0 + np.abs(here).max()) or 0.5 * before < size < ROUNDING_STEP:
-                gap = float(np.abs(residuals(forward_kinematics(self.tree, here), 0)).max(initial=0.0))
-                if gap <= MAX_MISFIT * self.tree.extent:
-                    return here, gap
-                break
-            length = float(np.abs(self.step_sizes * step).max(initial=0.0))
-            if length > 0.5:  # a step this long is no correction any more
-                here = displace(self.tree, here, step * (0.5 / length - 1.0))
-            before = size
-        raise InvalidInput(f"its loops do not close {self.describe_drives(time)}: {self.worst_closure_message(here)}")
+                shortest = np.linalg.pinv(matrix, rcond=RANK_TOLERANCE) @ left.T[:, :, None]
+                step[self.free] = -self.weights[:, None] * shortest[:, :, 0].T
+            moved, size = displace(self.tree, here[:, going], step), np.abs(step).max(axis=0, initial=0.0)
+            here[:, going] = moved
+            ended = size <= CLOSED_STEP * (1.0 + np.abs(moved).max(axis=0))
+            ended |= (0.5 * before < size) & (size < ROUNDING_STEP)
+            if ended.any():
+                remaining = _violations(forward_kinematics(self.tree, moved[:, ended]), int(ended.sum()))
+                gaps = np.abs(remaining).max(axis=0, initial=0.0)
+                if np.any(is_open := ~(gaps <= MAX_MISFIT * self.tree.extent)):
+                    going = going[ended][is_open]
+                    break
+                largest = max(largest, float(gaps.max()))
+            going, before, moved, step = going[~ended], size[~ended], moved[:, ~ended], step[:, ~ended]
+            if not len(going):
+                return here, largest
+            length = np.abs(self.step_sizes * step).max(axis=0, initial=0.0)
+            if length.max() > 0.5:  # a step this long is no correction any more
+                share = np.where(length > 0.5, 0.5 / np.maximum(length, 0.5) - 1.0, 0.0)
+                here[:, going] = displace(self.tree, moved, step * share)
+        first = int(going[0])
+        said = self.worst_closure_message(here[:, first : first + 1])
+        raise InvalidInput(f"its loops do not close {self.describe_drives(float(times[first]))}: {said}")
 
     def worst_closure_message(self, coordinates: Array) -> str:
         """Sentence naming the closure with the largest violation."""
@@ -125,21 +144,36 @@ class Assembly:
         return f"with {', '.join(at)}" if at else "at its start pose"
 
     def scaled_jacobian(self, found: Poses) -> Array:
-        """Jacobian (rows, free) of the closures by the free rates, rotations in m of the extent."""
-        return np.asarray(jacobian(found, 1)[0][:, self.free] * self.weights)
+        """Jacobian (rows, free) of the closures by the free rates in one pose, rotations in m of the extent."""
+        return np.asarray(self.scaled_jacobians(found, 1)[0])
 
-    def knot(self, coordinates: Array, time: float, poses: Poses | None = None) -> Knot:
-        """Derivatives and closure bases of a closed pose (nq, 1) at a time [s]; `poses` are its bodies', if known."""
+    def scaled_jacobians(self, found: Poses, samples: int) -> Array:
+        """Jacobians (T, rows, free), as `scaled_jacobian`, in T poses."""
+        return np.asarray(jacobian(found, samples)[:, :, self.free] * self.weights)
+
+    def solve_knots(self, coordinates: Array, times: Array, poses: Poses | None = None) -> list[Knot]:
+        """Derivatives and closure bases of closed poses (nq, T) at times (T,) [s]; `poses` are its bodies', if known.
+
+        The knots end before the first at which the closures' Jacobian has another rank than at the first time.
+        """
         poses = forward_kinematics(self.tree, coordinates) if poses is None else poses
-        matrix = self.scaled_jacobian(poses)
-        rank = 0
-        rows, values, columns = np.zeros((len(matrix), 0)), np.zeros(0), np.zeros((0, len(self.free)))
+        matrix = self.scaled_jacobians(poses, len(times))
+        samples, height, width = matrix.shape
+        rows, values, columns = np.zeros((samples, height, 0)), np.zeros((samples, 0)), np.zeros((samples, 0, width))
+        ranks = np.zeros(samples, dtype=int)
         if matrix.size:
             rows, values, columns = np.linalg.svd(matrix)
-            rank = int(np.sum(values > RANK_TOLERANCE * values[0]))
-        basis = rows[:, :rank], self.weights[:, None] * columns[:rank].T
-        rates = self.rate_series(coordinates, np.array([time]), basis[0][None], basis[1][None], poses=poses)
-        return Knot(time, coordinates, rates[:, :, 0], *basis, values)
+            ranks = np.sum(values > RANK_TOLERANCE * values[:, :1], axis=1)
+        rank = int(ranks[0])
+        if (other := ranks != rank).any():
+            same = int(np.argmax(other))
+            return self.solve_knots(coordinates[:, :same], times[:same])
+        bases = rows[:, :, :rank], self.weights[:, None] * np.swapaxes(columns[:, :rank], 1, 2)
+        rates = self.rate_series(coordinates, times, *bases, poses=poses)
+        return [
+            Knot(float(times[k]), coordinates[:, k : k + 1], rates[:, :, k], bases[0][k], bases[1][k], values[k])
+            for k in range(samples)
+        ]
 
     def rate_series(
         self,
@@ -198,3 +232,9 @@ class Assembly:
         share = np.abs(directions).max(axis=1)
         names = [joint.name for joint in self.tree.joints for _ in range(RATES[joint.kind])]
         return list(dict.fromkeys(names[self.free[i]] for i in np.argsort(-share) if share[i] > 1e-3))[:6]
+
+
+def _violations(found: Poses, samples: int) -> Array:
+    """Constraint violations (rows, T) of the closures in T poses [m]."""
+    left = residuals(found, 0)[0]
+    return np.broadcast_to(left, (len(left), samples))

@@ -7,10 +7,11 @@ samples are then solved at once from these knots.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array, PointMotion
@@ -24,6 +25,7 @@ from conrod.exact.space.loop_closure import residuals
 LAST_NEWTON_STEP, NEARLY_CLOSED = 1e-9, 1e-7
 POSES, MAX_KNOTS = 48, 20_000  # knots over the duration of a law at least, and in all at most
 MIN_STEP = 1e-7  # share of the duration
+KNOTS_TOGETHER = 16  # at most that are closed at once: from further away Newton's method closes another pose
 MAX_DEVIATION = 0.03  # of a pose from its prediction, as a share of the step
 SAMPLES_TOGETHER = 2048
 NO_FURTHER = "a dead centre, or its loops reach no further"
@@ -84,50 +86,60 @@ class DrivenTree(Assembly):
         Raises:
             InvalidInput: the loops block it, it passes a singular pose, or its laws repeat too often.
         """
-        here = self.knot(start, 0.0)
-        self.knots, self.misfit = (
-            [here],
-            float(np.abs(residuals(forward_kinematics(self.tree, start), 0)).max(initial=0.0)),
-        )
+        self.knots = self.solve_knots(start, np.zeros(1))
+        self.misfit = float(np.abs(residuals(forward_kinematics(self.tree, start), 0)).max(initial=0.0))
         longest = step = min(duration, *(law.duration for law in self.laws.values())) / POSES
         if duration > MAX_KNOTS * longest:
             most = f"its fastest drive repeats too often in that time: {MAX_KNOTS * longest:.3g} s at most"
             raise InvalidInput(f"{duration:g} s: {most}")
-        while here.time < duration:
-            time = duration if duration - here.time <= 1.001 * step else here.time + step
-            following = self._next_knot(here, time)
-            if following is None:
+        together = 1
+        while (time := self.knots[-1].time) < duration:
+            times, steps = list[float](), [step]
+            while len(times) < together and time < duration:
+                time = duration if duration - time <= 1.001 * steps[-1] else time + steps[-1]
+                times.append(time)
+                steps.append(min(2.0 * steps[-1], longest))
+            if following := self._next_knots(np.array(times)):
+                self.knots += following
+                step, together = steps[-1], min(2 * together, KNOTS_TOGETHER)
+            elif together > 1:
+                together = 1
+            else:
                 step *= 0.5
                 if step < MIN_STEP * duration:
-                    place = f"{self.describe_drives(here.time)} ({here.time:.6g} s)"
+                    place = f"{self.describe_drives(self.knots[-1].time)} ({self.knots[-1].time:.6g} s)"
                     raise InvalidInput(f"it goes no further than {place}: {NO_FURTHER}")
-                continue
-            here = following
-            self.knots.append(here)
-            step = min(2.0 * step, longest)
 
-    def _next_knot(self, here: Knot, time: float) -> Knot | None:
-        """Return the closed pose at a later time if it is near its prediction, else None."""
-        displacement = _displacement(here.rates, time - here.time)
-        predicted = self.with_driven_joints(
-            displace(self.tree, here.coordinates, displacement[:, None]), np.array([time])
-        )
+    def _next_knots(self, times: Array) -> list[Knot]:
+        """Return the closed poses at times (T,), if each is near its prediction from the one before; else none."""
+        last = self.knots[-1]
         try:
-            found, gap = self.close_loops(predicted, time)
+            found, gap = self.close_loops(self._predict([last], np.zeros(len(times), dtype=int), times)[0], times)
         except InvalidInput:
-            return None
-        deviation, travelled = self.coordinate_sizes * np.abs(found - predicted), self.rate_sizes * np.abs(displacement)
-        if deviation.max() > MAX_DEVIATION * travelled.max() + 1e-9 * self.tree.extent:
-            return None
-        # Where branches meet the determinant is 0, and beyond its sign is another; at a knot it is positive.
+            return []
         poses = forward_kinematics(self.tree, found)
-        if np.linalg.det(self.reduced_jacobian(poses, here.rows[None], here.columns[None]))[0] <= 0.0:
-            return None
-        knot = self.knot(found, time, poses)
-        if knot.rows.shape != here.rows.shape:
-            return None
+        knots = self.solve_knots(found, times, poses)
+        before = [last, *knots[:-1]]
+        if len(knots) < len(times) or knots[0].rows.shape != last.rows.shape:
+            return []
+        predicted, displacement = self._predict(before, np.arange(len(times)), times)
+        deviation = (self.coordinate_sizes * np.abs(found - predicted)).max(axis=0)
+        travelled = (self.rate_sizes[:, None] * np.abs(displacement)).max(axis=0)
+        if np.any(deviation > MAX_DEVIATION * travelled + 1e-9 * self.tree.extent):
+            return []
+        # Where branches meet the determinant is 0, and beyond its sign is another; at a knot it is positive.
+        rows, columns = (np.array([getattr(knot, name) for knot in before]) for name in ("rows", "columns"))
+        if np.any(np.linalg.det(self.reduced_jacobian(poses, rows, columns)) <= 0.0):
+            return []
         self.misfit = max(self.misfit, gap)
-        return knot
+        return knots
+
+    def _predict(self, knots: Sequence[Knot], which: NDArray[np.intp], times: Array) -> tuple[Array, Array]:
+        """Poses (nq, T) at times (T,), each by the series of one of some knots, and the displacements (nv, T)."""
+        elapsed = times - np.array([knot.time for knot in knots])[which]
+        displacement = _displacement(np.array([knot.rates for knot in knots])[which].transpose(1, 2, 0), elapsed)
+        start = np.concatenate([knot.coordinates for knot in knots], axis=1)[:, which]
+        return self.with_driven_joints(displace(self.tree, start, displacement), times), displacement
 
     # -- at samples --------------------------------------------------------------------------------------------------
 
@@ -146,9 +158,9 @@ class DrivenTree(Assembly):
 
     def _solve_samples(self, times: Array, order: int) -> tuple[Array, Array, dict[str, Array]]:
         """Coordinates, rates and observed points at times (T,)."""
-        coordinates, rows, columns = self._predict_from_knots(times)
+        coordinates, rows, columns, usual = self._predict_from_knots(times)
         if rows.shape[2]:
-            coordinates = self._close_predicted(coordinates, times, rows, columns)
+            coordinates = self._close_predicted(coordinates, times, rows, columns, usual)
         rates = self.rate_series(coordinates, times, rows, columns, order)
         final = forward_kinematics(self.tree, coordinates, rates)
         return (
@@ -157,8 +169,12 @@ class DrivenTree(Assembly):
             {name: _point_motion(final, name, len(times)) for name in self.tree.points},
         )
 
-    def _close_predicted(self, coordinates: Array, times: Array, rows: Array, columns: Array) -> Array:
-        """Close predicted poses (nq, T); raises InvalidInput where the loops do not close."""
+    def _close_predicted(self, coordinates: Array, times: Array, rows: Array, columns: Array, usual: Array) -> Array:
+        """Close predicted poses (nq, T); raises InvalidInput where the loops do not close, or are singular.
+
+        Args:
+            usual: determinants (T,) of the reduced Jacobians at the knots.
+        """
         bearable = 3.0 * self.misfit + NEARLY_CLOSED * self.tree.extent
         for _ in range(MAX_NEWTON_STEPS):
             found = forward_kinematics(self.tree, coordinates)
@@ -168,10 +184,11 @@ class DrivenTree(Assembly):
             step[self.free] = np.einsum("tfr,tr->ft", columns, self.solve_reduced(matrix, -seen, times))
             coordinates = displace(self.tree, coordinates, step)
             if np.abs(step).max() <= LAST_NEWTON_STEP and np.abs(left).max() <= bearable:
-                determinants = np.linalg.det(matrix)
-                if np.all(determinants > 0.0):
+                # At a singular pose itself rounding decides on the sign.
+                shares = np.linalg.det(matrix) / usual
+                if np.all(shares > RANK_TOLERANCE):
                     return coordinates
-                raise InvalidInput(self.singular_message(float(times[int(np.argmin(determinants))])))
+                raise InvalidInput(self.singular_message(float(times[int(np.argmin(shares))])))
         values = np.linalg.svd(np.nan_to_num(matrix), compute_uv=False)
         if np.any(nearly := values[:, -1] < RANK_TOLERANCE * values[:, 0]):
             raise InvalidInput(self.singular_message(float(times[int(np.argmax(nearly))])))
@@ -179,18 +196,17 @@ class DrivenTree(Assembly):
         stays = self.worst_closure_message(coordinates[:, worst : worst + 1])
         raise InvalidInput(f"its loops do not close {self.describe_drives(float(times[worst]))}: {stays}")
 
-    def _predict_from_knots(self, times: Array) -> tuple[Array, Array, Array]:
-        """Poses (nq, T) from the series of the nearest knots, and the knots' bases (T, rows, r), (T, free, r)."""
+    def _predict_from_knots(self, times: Array) -> tuple[Array, Array, Array, Array]:
+        """Poses (nq, T) from the series of the nearest knots.
+
+        Returns:
+            The knots' bases (T, rows, r), (T, free, r) and determinants (T,) of their reduced Jacobians, too.
+        """
         at = np.array([knot.time for knot in self.knots])
         nearest = np.abs(at[:, None] - times).argmin(axis=0)
-        elapsed = times - at[nearest]
-        displacements = _displacement(
-            np.array([knot.rates for knot in self.knots])[nearest].transpose(1, 2, 0), elapsed
-        )
-        start = np.concatenate([knot.coordinates for knot in self.knots], axis=1)[:, nearest]
-        coordinates = self.with_driven_joints(displace(self.tree, start, displacements), times)
         rows, columns = (np.array([getattr(knot, name) for knot in self.knots]) for name in ("rows", "columns"))
-        return coordinates, rows[nearest], columns[nearest]
+        determinants = np.array([knot.values[: rows.shape[2]].prod() for knot in self.knots])
+        return self._predict(self.knots, nearest, times)[0], rows[nearest], columns[nearest], determinants[nearest]
 
 
 def _displacement(series: Array, elapsed: Array | float) -> Array:

@@ -152,7 +152,7 @@ def prepare_turning(path: Path, question: ModelRequest) -> Turning:
         except InvalidInput as error:
             if pose is poses[-1]:  # the model's unit of length is not known yet
                 raise InvalidInput(str(error).partition(" stays open")[0]) from None
-    machine.knots = [machine.knot(start, 0.0)]
+    machine.knots = machine.solve_knots(start, np.zeros(1))
     made = Turning(model, machine, crank, points, start, count_mobility(machine), left_out=left_out)
     _check_freedom(made, question)
     if question.contacts and made.freedom.remaining_dof > question.mobility:
