@@ -81,7 +81,10 @@ class Drives:
     def writer(self, times: Array) -> Callable[[mujoco.MjData, int], None]:
         """Return a function that writes the driven coordinates and rates at the k-th of the times (N,) [s]."""
         # All at once: a law is a few array operations, which cost as much for one time as for a hundred.
-        laws = [(joint.coordinate, joint.rate, law.derivatives(times)[:2].T) for joint, law in self.joints]
+        laws = np.reshape([law.derivatives(times)[:2] for _, law in self.joints], (len(self.joints), 2, len(times)))
+        driven, turning = (np.ascontiguousarray(laws[:, k].T) for k in (0, 1))
+        at = np.array([joint.coordinate for joint, _ in self.joints], dtype=int)
+        speeds = np.array([joint.rate for joint, _ in self.joints], dtype=int)
         held = [
             (joint.rates, joint.coordinates, self.machine.knots[0].coordinates[joint.coordinates, 0])
             for joint in self.held
@@ -89,8 +92,7 @@ class Drives:
 
         def write(data: mujoco.MjData, k: int) -> None:
             coordinates, rates = data.qpos, data.qvel
-            for coordinate, rate, values in laws:
-                coordinates[coordinate], rates[rate] = values[k]
+            coordinates[at], rates[speeds] = driven[k], turning[k]
             for stopped, places, still in held:
                 rates[stopped], coordinates[places] = 0.0, still
 
@@ -185,7 +187,6 @@ def record_run(
     It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
     """
     aside, rows, reason, watch = mujoco.MjData(model), list[tuple[Array, ...]](), "", ForceWatch(model, touching)
-    violations = violation_reader(model, tree.extent)
     with silence_warnings():
         for k in range(len(times)):
             if k:
@@ -194,13 +195,17 @@ def record_run(
                 break
             forward_copy(model, data, aside)
             watch.sample(aside)
-            motion = np.array([point.motion(model, aside) for point in points])
-            acting = list(dict.fromkeys(row_equalities(aside).tolist()))
+            motion = np.empty((len(points), 3, 3))
+            for one, point in zip(motion, points, strict=True):
+                one[0], one[1], one[2] = point.motion(model, aside)
             state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
-            rows.append((*state, motion, violations(aside)[acting], *more(aside)))
+            rows.append((*state, motion, aside.efc_pos[: aside.ne].copy(), *more(aside)))
+    equalities = row_equalities(aside)
+    acting = list(dict.fromkeys(equalities.tolist()))
     if not reason and not np.all(np.isfinite(rows[-1][3])):
         reason = f"not finite at {float(data.time):.4g} s"
-    coordinates, rates, accelerations, moved, opened, *seen = (np.array(column) for column in zip(*rows, strict=True))
+    coordinates, rates, accelerations, moved, gaps, *seen = (np.array(column) for column in zip(*rows, strict=True))
+    opened = violation_reader(model, tree.extent)(equalities, gaps)[:, acting]
     outcome = Outcome.RESET if reason.startswith(RESET_REASON) else Outcome.DIVERGED
     return LoopRecording(
         times[: len(rows)], coordinates.T, rates.T, accelerations.T,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 
 import mujoco
@@ -31,26 +30,27 @@ def row_equalities(data: mujoco.MjData) -> NDArray[np.int_]:
 
 def constraint_violations(model: mujoco.MjModel, data: mujoco.MjData, extent: float) -> Array:
     """Violation of each equality (neq,) [m], an angle times an extent [m]; 0 for inactive ones."""
-    return violation_reader(model, extent)(data)
+    return violation_reader(model, extent)(row_equalities(data), data.efc_pos[: data.ne])
 
 
-def violation_reader(model: mujoco.MjModel, extent: float) -> Callable[[mujoco.MjData], Array]:
-    """Return a function that gives the violations of a model's equalities, as in `constraint_violations`.
+def violation_reader(model: mujoco.MjModel, extent: float) -> Callable[[NDArray[np.int_], Array], Array]:
+    """Return a function that makes violations of a model's equalities (..., neq) of those of its rows (..., r).
 
-    What an equality measures is looked up once for all data that it is called with.
+    Its first argument is the equality (r,) that each row belongs to. What an equality measures is looked up once.
     """
     lengths = [extent if measures_angles(model, k) else 1.0 for k in range(model.neq)]
     # MuJoCo has half of the turn's sine, times a scale of the weld.
     scales = [float(model.eq_data[k, 10]) if equality_kind(model, k) == "weld" else 0.0 for k in range(model.neq)]
     turns = [2.0 * extent / scale if scale else 0.0 for scale in scales]
 
-    def violations(data: mujoco.MjData) -> Array:
-        found, ids, gaps = np.zeros(model.neq), row_equalities(data), data.efc_pos[: data.ne]
+    def violations(ids: NDArray[np.int_], gaps: Array) -> Array:
+        found = np.zeros((*gaps.shape[:-1], model.neq))
         for index in dict.fromkeys(ids.tolist()):
-            left = gaps[ids == index]
-            found[index] = math.sqrt(left[:3].dot(left[:3])) * lengths[index]
+            left = gaps[..., ids == index]
+            found[..., index] = np.sqrt((left[..., :3] ** 2).sum(axis=-1)) * lengths[index]
             if turns[index]:
-                found[index] = max(found[index], turns[index] * math.sqrt(left[3:].dot(left[3:])))
+                turned = turns[index] * np.sqrt((left[..., 3:] ** 2).sum(axis=-1))
+                found[..., index] = np.maximum(found[..., index], turned)
         return found
 
     return violations
