@@ -232,8 +232,11 @@ LIGHT = {
     "standalone_mjcf('saw', Saw(), 1000)": ("mujoco",),
     # What reads finished runs needs the engines' versions alone.
     "import conrod; from conrod.engines import engine_named; [engine_named(e).version for e in ('mujoco', 'pymunk')]": (
-        "mujoco", "pymunk"
+        "mujoco", "pymunk", "conrod.engines.mujoco.model", "conrod.engines.pymunk.space", "conrod.engines.capabilities"
     ),
+    # A file is judged in a process of its own, which alone loads what it takes.
+    "import conrod.models.check.api, conrod.models.loops.api": ("mujoco", "scipy", "conrod.mjcf.driving"),
+    "import conrod.cli.progress": ("rich.progress",),
 }  # fmt: skip
 
 

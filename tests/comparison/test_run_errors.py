@@ -13,7 +13,7 @@ import pytest
 from catalogue import CAM, SAW
 
 from conrod import MuJoCoSettings, PymunkSettings, compare
-from conrod.comparison.compare import COMPARED_QUANTITIES, ComparedPiece, size_of
+from conrod.comparison.compare import ComparedPiece, size_of
 from conrod.comparison.plain_values import plain_values
 from conrod.comparison.run_errors import (
     DrawnCurve,
@@ -23,7 +23,7 @@ from conrod.comparison.run_errors import (
     pairwise_block_sizes,
     pairwise_sum,
 )
-from conrod.comparison.trajectory import Piece
+from conrod.comparison.trajectory import COMPARED_QUANTITIES, Piece
 from conrod.engines import engine_named
 from conrod.engines.engine import Engine
 from conrod.engines.run import run_in_one_piece

@@ -11,8 +11,7 @@ from click.testing import CliRunner
 
 import conrod
 from conrod.cli import cli
-from conrod.comparison.compare import COMPARED_QUANTITIES
-from conrod.comparison.trajectory import Outcome
+from conrod.comparison.trajectory import COMPARED_QUANTITIES, Outcome
 from conrod.engines import engine_names, presets_of
 from conrod.errors import InvalidInput
 from conrod.guide.explain import sources

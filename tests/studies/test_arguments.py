@@ -34,6 +34,7 @@ from conrod.execution.resolve_arguments import (
 from conrod.execution.result import Plan
 from conrod.execution.tolerances import check_tolerance
 from conrod.scenes import CATALOGUE, SCENES, catalogue_text
+from conrod.scenes.space import MACHINES
 
 MUJOCO, PYMUNK = engine_named("mujoco"), engine_named("pymunk")
 
@@ -85,7 +86,7 @@ def test_a_parameter_is_given_to_each_scene_that_has_it(monkeypatch: pytest.Monk
 
 
 def test_machine_in_space_is_refused_with_commands_that_take_it() -> None:
-    name = next(iter(resolve_arguments.SPATIAL_MACHINES))
+    name = next(iter(MACHINES))
     assert refusal(select_scenes, ["saw-40rpm", name], []) == (
         f"{name} is a machine in space: `conrod validate {name}` and `conrod export {name} --format mjcf` take it"
     )

@@ -71,7 +71,7 @@ def test_fewest_steps_leave_a_pass_the_samples_of_a_turn() -> None:
     setting = one_pass()
     span = setting.mechanism.driver.span
     assert span is not None
-    from conrod.execution.run import MIN_PASS_STEPS
+    from conrod.execution.case import MIN_PASS_STEPS
 
     share = (span[1] - span[0]) / (2.0 * math.pi)
     assert MIN_PASS_STEPS <= setting.min_steps * share < MIN_PASS_STEPS + share

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
 from conrod.comparison.compare import ExactMotions, compare
+from conrod.comparison.trajectory import COMPARED_QUANTITIES as COMPARED
 from conrod.comparison.trajectory import ArrayMapper, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.run import run

@@ -21,10 +21,9 @@ from conrod.exact import joint_equations, kinematics
 from conrod.exact.branch_tracking import BranchTracker
 from conrod.exact.equations import Equations
 from conrod.exact.motion import QUANTITIES
-from conrod.execution.case import contradictions
+from conrod.execution.case import MIN_PASS_STEPS, contradictions
 from conrod.execution.prediction import Prediction, reference_misfit
 from conrod.execution.result import Plan, misfit_words
-from conrod.execution.run import MIN_PASS_STEPS
 from conrod.models.check import report as user_model
 from conrod.models.check.results import OWN
 from conrod.models.tables.report import verdict_text

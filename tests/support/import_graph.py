@@ -8,6 +8,7 @@ from pathlib import Path
 
 import conrod
 
+DEFERRED = ("DeferredLibrary(", "DeferredFunctions(")
 ROOT = Path(conrod.__file__).parent
 MODULES = {
     ".".join(("conrod", *path.relative_to(ROOT).with_suffix("").parts)).removesuffix(".__init__"): path
@@ -29,8 +30,8 @@ def imports(path: Path, type_checking: bool = False) -> set[str]:
             for child in node.orelse:
                 visit(child)
             return
-        if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith("DeferredLibrary("):
-            # A library that is imported when it is first used.
+        if isinstance(node, ast.Assign) and ast.unparse(node.value).startswith(DEFERRED):
+            # A library or a module that is imported when it is first used.
             found.update(ast.literal_eval(argument) for argument in node.value.args)  # type: ignore[attr-defined]
         if isinstance(node, ast.Import):
             found.update(alias.name for alias in node.names)

@@ -14,14 +14,19 @@ from typing import Any
 import numpy as np
 
 from conrod.comparison.outcome import joint_gaps
-from conrod.comparison.trajectory import BodyTracks, Instants, Outcome, PointTracks, Track, Trajectory
+from conrod.comparison.trajectory import (
+    BodyTracks,
+    Instants,
+    Outcome,
+    PointTracks,
+    Track,
+    Trajectory,
+)
 from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.link_rotations import ROTATIONS, link_rotations, rotating_links, rotation_scales
 from conrod.exact.motion import QUANTITIES, Array, Motion
-
-COMPARED_QUANTITIES = ("position", "velocity", "acceleration", "total")
 
 
 @dataclass(frozen=True)

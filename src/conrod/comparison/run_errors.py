@@ -12,7 +12,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from conrod.comparison.compare import COMPARED_QUANTITIES, ComparedPiece, Size
+from conrod.comparison.compare import ComparedPiece, Size
+from conrod.comparison.trajectory import COMPARED_QUANTITIES
 from conrod.exact.motion import Array
 
 

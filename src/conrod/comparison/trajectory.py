@@ -10,7 +10,9 @@ from typing import Any, Protocol, Self, TypeVar
 import numpy as np
 
 from conrod.errors import Named
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array
+
+COMPARED_QUANTITIES = (*QUANTITIES, "total")  # of a point; the last is its position at the nominal time
 
 
 class Outcome(Enum):

@@ -32,6 +32,16 @@ class DeferredLibrary:
         return getattr(import_module(self._module), name)
 
 
+class DeferredFunctions(DeferredLibrary):
+    """A module of conrod whose functions import it when they are called: what an engine can do, and maybe need not."""
+
+    def __getattr__(self, name: str) -> Any:
+        def call(*arguments: Any, **named: Any) -> Any:
+            return getattr(import_module(self._module), name)(*arguments, **named)
+
+        return call
+
+
 class Machine(Protocol):
     """A scene as engines see it: a mechanism with its exact motion, and its crank speed."""
 

@@ -22,6 +22,8 @@ OUTCOMES = {outcome.slug: outcome for outcome in Outcome}
 SIZES = "sizes"  # saved with a result: its largest errors by quantity and measure, see `CaseResult.sizes`
 FAILURE_FIELDS = {"outcome", "reason", SIZES}  # all that is kept of a case whose process gave no result
 MEASURES = ("max", "rms", "final")
+MIN_PASS_STEPS = 3  # fewer steps have no acceleration that is a difference of velocities
+POINTS_PREFIX = "points'"  # of the names of misfits of points with their bodies
 Sizes = Mapping[str, float]
 
 # Raised when a result of the same case would come out otherwise, mean something else or be written otherwise than

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import suppress
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from conrod.engines import engine_named
 from conrod.engines.plugin_values import EngineFault
@@ -16,10 +16,12 @@ from conrod.execution.case import Case, CaseResult, Results
 from conrod.execution.kept_results import RESULTS_AT_ONCE, KeptResults
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, LocalProcesses, RetryingExecutor
-from conrod.execution.run import RunCase
-from conrod.execution.timing import Timing, machine_fingerprint, time_run
 from conrod.execution.worker import call_with_cached_scene, perform
 from conrod.execution.worker_process import CallLimits, WorkerDied
+
+if TYPE_CHECKING:
+    from conrod.execution.run import RunCase
+    from conrod.execution.timing import Timing
 
 AnyCase = TypeVar("AnyCase", bound=Case)
 Result = TypeVar("Result")
@@ -229,6 +231,8 @@ def time_cases(
         timeout: longest wall time of a timing [s].
         fresh: time all cases.
     """
+    from conrod.execution.timing import machine_fingerprint
+
     by_key = {case.key: case for case in cases}
     known = {} if fresh else ledger.timings(by_key, machine_fingerprint())
     watcher.on_start(len(by_key), len(known))
@@ -260,4 +264,6 @@ def time_cases(
 
 def _time_case(case: RunCase) -> Timing | None:
     """Time the run of a case in this process; None if its engine cannot be timed."""
+    from conrod.execution.timing import time_run
+
     return time_run(engine_named(case.settings.engine), case.scene, case.settings)

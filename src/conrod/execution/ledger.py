@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 import msgspec
-import platformdirs
 
 from conrod.comparison.plain_values import plain_values
 from conrod.errors import InvalidInput
@@ -42,8 +41,11 @@ TIMING_COLUMNS = "machine, seconds_per_revolution, reference_seconds, ratio, ste
 
 def default_ledger_path() -> Path:
     """Path in CONROD_LEDGER if that is set, else a file in the user's cache folder."""
-    named = os.environ.get("CONROD_LEDGER")
-    return Path(named) if named else platformdirs.user_cache_path("conrod") / "ledger.sqlite"
+    if named := os.environ.get("CONROD_LEDGER"):
+        return Path(named)
+    import platformdirs
+
+    return platformdirs.user_cache_path("conrod") / "ledger.sqlite"
 
 
 class Ledger:

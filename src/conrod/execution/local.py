@@ -9,6 +9,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from pkgutil import resolve_name
 from types import TracebackType
 from typing import Any, ParamSpec, TypeVar
 
@@ -258,6 +259,14 @@ def call_on_file(task: Callable[..., Result], path: Path, *arguments: Any, timeo
         InvalidInput: raised by the task, or the task crashed, took too long or too much memory.
     """
     return _usable(path, call_isolated(task, path, *arguments, timeout=timeout, memory=FILE_MEMORY))
+
+
+def call_named(path: Path, task: str, *arguments: Any) -> Any:
+    """Call the function of a full name on a file: a task for `call_on_file` whose module the calling process needs not.
+
+    It and the libraries that it imports are loaded in the process of the call alone.
+    """
+    return resolve_name(task)(path, *arguments)
 
 
 def call_on_own_files(

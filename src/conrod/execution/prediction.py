@@ -20,6 +20,7 @@ from conrod.comparison.trajectory import ArrayMapper, BodyStates, BodyTracks, In
 from conrod.exact import ExactReference
 from conrod.exact.kinematics import Kinematics
 from conrod.exact.motion import QUANTITIES, Array
+from conrod.execution.case import POINTS_PREFIX
 
 # Some 450 last digits, as the golden results are held to: closed forms, solver and elimination round differently.
 ROUNDING_SHARE = 1e-13  # of the mechanism's size
@@ -34,7 +35,7 @@ CHECKED_ANGLES, ANGLE_OFFSET = (
     0.37,
 )  # of the turn or the pass, at which a reference is held to its own joint equations
 # Engines may compute in single precision, and a point's motion by another way than a body's: some 30 last digits.
-SINGLE_PRECISION, POINTS_PREFIX = 2e-6, "points'"
+SINGLE_PRECISION = 2e-6
 Rows = NDArray[np.intp] | slice
 # Worst disagreement of a measured error with the one predicted from constraint violations: their difference, the
 # difference that is allowed, and the crank angle [rad].

@@ -13,8 +13,16 @@ from conrod.execution.families import MAX_MEMBERS, Value, member_arguments, memb
 from conrod.execution.result import Plan
 from conrod.execution.tolerances import ALL_TOLERANCE_NAMES, check_tolerance
 from conrod.mechanism.units import check_count
-from conrod.scenes import CATALOGUE, SCENES, Scene, catalogue_names, catalogue_text, scene_named
-from conrod.scenes.space import MACHINES as SPATIAL_MACHINES
+from conrod.scenes import (
+    CATALOGUE,
+    SCENES,
+    SPATIAL,
+    Scene,
+    catalogue_names,
+    catalogue_text,
+    machines_in_space,
+    scene_named,
+)
 
 MECHANISM_FILE = ".toml"
 MODEL_FILES = (".xml", ".mjcf", ".mjb", ".urdf")
@@ -103,7 +111,7 @@ def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str,
     Raises:
         InvalidInput: unknown scene, parameter or unit, or a value out of range.
     """
-    if spatial := next((name for name in names if name in SPATIAL_MACHINES), None):
+    if spatial := next((name for name in machines_in_space(names) if name != SPATIAL), None):
         takes = f"`conrod validate {spatial}` and `conrod export {spatial} --format mjcf`"
         raise InvalidInput(f"{spatial} is a machine in space: {takes} take it")
     return _assign_parameters(_find_scenes(names or list(SCENES)), assignments)

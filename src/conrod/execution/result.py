@@ -13,9 +13,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Preset, default_steps, run_extent
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case, CaseResult, Study, contradictions
-from conrod.execution.prediction import POINTS_PREFIX
-from conrod.execution.run import MIN_PASS_STEPS
+from conrod.execution.case import MIN_PASS_STEPS, POINTS_PREFIX, Case, CaseResult, Study, contradictions
 from conrod.execution.tolerances import Limit, Scales, UnscaledLimit, scale_tolerance, scene_scales
 from conrod.scenes import Scene
 

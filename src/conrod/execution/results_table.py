@@ -8,7 +8,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from conrod.comparison.compare import COMPARED_QUANTITIES as COMPARED
+from conrod.comparison.trajectory import COMPARED_QUANTITIES as COMPARED
 from conrod.errors import unknown_choice
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.case import MEASURES, SIZES

@@ -9,20 +9,19 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from conrod.comparison.compare import COMPARED_QUANTITIES, ComparedPiece, ExactMotions
+from conrod.comparison.compare import ComparedPiece, ExactMotions
 from conrod.comparison.run_errors import RunErrors
-from conrod.comparison.trajectory import ArrayMapper, Outcome, Settings, Track, Trajectory
+from conrod.comparison.trajectory import COMPARED_QUANTITIES, ArrayMapper, Outcome, Settings, Track, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.engine import CUSTOM, Machine, run_extent
 from conrod.engines.run import check_run, run_with_recorders
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.case import Case, CaseResult, Sizes, contradictions
+from conrod.execution.case import MIN_PASS_STEPS, Case, CaseResult, Sizes, contradictions
 from conrod.execution.prediction import Prediction
 
 REVOLUTIONS = 2.0
 # Every number of steps in the grids is a multiple of this, so that signed errors are kept at angles that all share.
 SIGNED_ANGLES = 20
-MIN_PASS_STEPS = 3  # fewer steps have no acceleration that is a difference of velocities
 # The errors are those of every sample. The prediction from the joints costs several times as much, and proves as much
 # at this many samples a revolution.
 PREDICTED_SAMPLES_PER_TURN = 2000

@@ -14,12 +14,12 @@ from conrod.execution.case import Case, Results, ResultsOfRounds, Study, pursue
 from conrod.execution.dispatch import SILENT_WATCHER, Watcher, run_cases, time_cases
 from conrod.execution.ledger import Ledger, default_ledger_path
 from conrod.execution.local import LocalProcesses, RetryingExecutor
-from conrod.execution.run import RunCase
 from conrod.execution.worker_process import allocate_blas_buffer
 from conrod.system import can_limit_memory
 
 if TYPE_CHECKING:
     from conrod.execution.releases import VersionCase
+    from conrod.execution.run import RunCase
     from conrod.execution.timing import Timing
 
 Found = TypeVar("Found")

@@ -18,7 +18,6 @@ from typing import Any
 
 from conrod.comparison.trajectory import Settings
 from conrod.engines import Engine
-from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
 from conrod.engines.engine import Machine, run_extent
 
 REPEATS = 3
@@ -50,6 +49,8 @@ def time_run(
     Returns:
         The timing; None where the engine cannot be timed.
     """
+    from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
+
     made = capability(engine, TimedStepping)
     if isinstance(made, MissingCapability):
         return None

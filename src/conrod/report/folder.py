@@ -21,7 +21,6 @@ from conrod.execution.files import is_folder, is_special_file
 from conrod.execution.writing import real_path
 from conrod.report import numbers
 from conrod.scenes import SCENES, Scene
-from conrod.scenes.described_scene import DescribedScene
 
 if TYPE_CHECKING:
     from conrod.report.kind import Kind
@@ -294,6 +293,8 @@ def restore_findings(wanted: type[T], values: Any) -> T:
 
 def _restore_scene(values: Mapping[str, Any]) -> Scene:
     if "document" in values:
+        from conrod.scenes.described_scene import DescribedScene  # what reads units takes its time to load
+
         return DescribedScene(values["document"], tuple(sorted(values["given_anew"].items())))
     return {scene.kind: type(scene) for scene in SCENES.values()}[values["machine"]](**values["parameters"])
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,6 +35,7 @@ SCENES: dict[str, Scene] = Named(
 
 # Word for all machines of the catalogue on the command line.
 CATALOGUE = "catalogue"
+SPATIAL = "spatial"  # and for all machines in space
 # Chains that appear in lists; any length from MIN_CHAIN_LENGTH to MAX_CHAIN_LENGTH has a name.
 LISTED_CHAINS = (2, 10, 40)
 _CATALOGUE_FOLDER, _DYNAMICS_FOLDER = (Path(__file__).parent / name for name in ("catalogue", "dynamics"))
@@ -104,6 +106,16 @@ def scene_named(name: str) -> Scene:
         InvalidInput: no scene has that name; names the choices.
     """
     return SCENES[name] if name in SCENES else catalogue_scene(name)
+
+
+def machines_in_space(names: Sequence[str]) -> list[str]:
+    """Those of some names that are of machines in space, or of all of them."""
+    others = [name for name in names if name not in SCENES and not Path(name).suffix]
+    if not others:  # their models are slow to load
+        return []
+    from conrod.scenes.space import MACHINES
+
+    return [name for name in others if name in (*MACHINES, SPATIAL)]
 
 
 # -- chains ------------------------------------------------------------------------------------------------------------

@@ -22,6 +22,9 @@ SAMPLES_PER_REVOLUTION = 7200
 SAMPLES_TOGETHER = 8192  # computed at once: more would not fit the cache, fewer would be mostly overhead
 
 
+_encode = json.JSONEncoder(sort_keys=True, allow_nan=False, separators=(",", ":")).encode  # made once for all keys
+
+
 def canonical_json(values: Any) -> str:
     """JSON text of plain values with sorted keys; it is hashed into the keys of runs, so it must never change.
 
@@ -29,7 +32,7 @@ def canonical_json(values: Any) -> str:
         ValueError: a float is not finite.
         TypeError: a value is not plain.
     """
-    return json.dumps(values, sort_keys=True, allow_nan=False, separators=(",", ":"))
+    return _encode(values)
 
 
 class Scene(ExactReference):

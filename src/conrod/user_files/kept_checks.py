@@ -5,12 +5,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import Any, TypeVar
 
 import conrod
@@ -19,7 +18,7 @@ from conrod.engines import environment
 from conrod.errors import InvalidInput
 from conrod.execution.case import CACHE_VERSION
 from conrod.execution.ledger import Ledger
-from conrod.execution.local import call_on_file
+from conrod.execution.local import call_named, call_on_file
 from conrod.execution.runner import Runs
 from conrod.execution.timing import machine_fingerprint
 from conrod.report.folder import restore_findings
@@ -38,7 +37,7 @@ def check_or_recall(
     be read from the ledger again, value by value.
 
     Args:
-        task: full name of the function, whose module is imported only if it is called.
+        task: full name of the function, whose module is imported in the process of its call alone.
         path, arguments: as in `call_on_file`.
         kind: class of what the task finds.
         runs: ledger, and whether it is asked; None to call the task here and now, and keep nothing.
@@ -49,7 +48,7 @@ def check_or_recall(
     """
     key = None if runs is None else _key_of(task, path, beside, arguments)
     if runs is None or key is None:
-        return _call_by_name(task, kind, path, arguments)
+        return _call_now(task, kind, path, arguments)
     kept = None
     try:
         # Reading would make a ledger where there is none, which a refused check is not to leave.
@@ -59,14 +58,14 @@ def check_or_recall(
     except InvalidInput:
         if runs.ledger is not None:
             raise
-        return _call_by_name(task, kind, path, arguments)
+        return _call_now(task, kind, path, arguments)
     if kept is not None:
         with suppress(InvalidInput):  # of values that are no findings
             recalled = restore_findings(kind, kept)
             with runs.progress("checks", "completed") as watcher:
                 watcher.on_start(1, 1)
             return recalled
-    found = _call_by_name(task, kind, path, arguments)
+    found = _call_now(task, kind, path, arguments)
     values = plain_values(found)
     # A file that was changed meanwhile may be another one than the task has read.
     if _can_be_restored(kind, values) and _key_of(task, path, beside, arguments) == key:
@@ -75,10 +74,10 @@ def check_or_recall(
     return found
 
 
-def _call_by_name(task: str, kind: type[Found], path: Path, arguments: tuple[Any, ...]) -> Found:
-    """Import a task, and call it on a file in a fresh process; `kind` is the class of its result."""
-    function: Callable[..., Found] = resolve_name(task)
-    return call_on_file(function, path, *arguments)
+def _call_now(task: str, kind: type[Found], path: Path, arguments: tuple[Any, ...]) -> Found:
+    """Call a task on a file in a fresh process, which alone imports it; `kind` is the class of its result."""
+    found: Found = call_on_file(call_named, path, task, *arguments)
+    return found
 
 
 def _can_be_restored(kind: type[Any], values: Any) -> bool:

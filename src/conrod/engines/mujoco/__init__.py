@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Self
 
 from conrod.engines.engine import DASHED, DOTTED, SOLID, STOCK, EngineSettings, Machine, Preset, step_length
-from conrod.engines.tracks import load_work
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.mechanism.units import check_count, check_number
 
@@ -148,7 +147,11 @@ def exchanged_inertia(machine: Machine) -> float:
     weight = mass * math.hypot(*kinematics.mechanism.gravity)
     weight += sum(math.hypot(*push) for push in kinematics.mechanism.constant_forces.values())
     kinetic = mass * kinematics.travel**2
-    work = load_work(kinematics, machine.speed) if kinematics.mechanism.loads else 0.0
+    work = 0.0
+    if kinematics.mechanism.loads:
+        from conrod.engines.tracks import load_work  # its imports are many, and few machines have loads
+
+        work = load_work(kinematics, machine.speed)
     return kinetic + (weight * kinematics.travel + work) / machine.speed**2
 
 

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.engines.cam_polygon import contact_refusal
-from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import (
     STOCK,
+    DeferredFunctions,
     DeferredLibrary,
     DescribedMachine,
     Engine,
@@ -20,34 +19,31 @@ from conrod.engines.engine import (
     run_extent,
     with_fields,
 )
-from conrod.engines.mujoco import (
-    MUJOCO_PRESETS,
-    STOCK_TOLERANCE,
-    MuJoCoSettings,
-    compat,
-    dynamics,
-    error_bound,
-    standalone,
-)
-from conrod.engines.mujoco.dynamics import silence_warnings
-from conrod.engines.mujoco.error_bound import shape_error
-from conrod.engines.mujoco.forces import expected_forces, forces
-from conrod.engines.mujoco.free_run import free_run
-from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build, constraint_jacobian
-from conrod.engines.mujoco.model_edits import edit_refusal
-from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.engines.mujoco.variants import ingredients, minimal_settings, rules, with_regularisation, with_time_constant
+from conrod.engines.mujoco import MUJOCO_PRESETS, STOCK_TOLERANCE, MuJoCoSettings, compat
 from conrod.engines.numerics import place_at_angles, secant_root
-from conrod.engines.releases import Releases, read_releases
-from conrod.engines.spanning_tree import machine_tree, tree_refusal
-from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact
 
 if TYPE_CHECKING:
     import mujoco
+
+    from conrod.engines import cam_polygon, capabilities, releases, spanning_tree, tracks
+    from conrod.engines.mujoco import dynamics, error_bound, forces, free_run, model, model_edits, standalone, variants
 else:
     mujoco = DeferredLibrary("mujoco")
+    capabilities = DeferredLibrary("conrod.engines.capabilities")
+    cam_polygon = DeferredFunctions("conrod.engines.cam_polygon")
+    releases = DeferredFunctions("conrod.engines.releases")
+    spanning_tree = DeferredFunctions("conrod.engines.spanning_tree")
+    tracks = DeferredFunctions("conrod.engines.tracks")
+    dynamics = DeferredFunctions("conrod.engines.mujoco.dynamics")
+    error_bound = DeferredFunctions("conrod.engines.mujoco.error_bound")
+    forces = DeferredFunctions("conrod.engines.mujoco.forces")
+    free_run = DeferredFunctions("conrod.engines.mujoco.free_run")
+    model = DeferredFunctions("conrod.engines.mujoco.model")
+    model_edits = DeferredFunctions("conrod.engines.mujoco.model_edits")
+    standalone = DeferredFunctions("conrod.engines.mujoco.standalone")
+    variants = DeferredFunctions("conrod.engines.mujoco.variants")
 
 # -- kinematic mode: its own constraints as a solver at prescribed crank angles ----------------------------------------
 
@@ -56,10 +52,10 @@ MAX_KINEMATIC_STEPS = 20
 FREE_REASON = "pins of free bodies are held by three connects each, whose forces no joint reports"
 
 
-def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
+def solve_kinematics(machine: Machine, angle: Array) -> capabilities.KinematicResult:
     """Hold the crank at each angle (T,) [rad] while MuJoCo's own constraints place the bodies."""
     settings = MuJoCoSettings.tuned(machine, 1000)
-    made = build(machine, settings)
+    made = model.build(machine, settings)
     data = mujoco.MjData(made.model)
     contacts = made.tree.mechanism.cam_contacts
     rows = []
@@ -78,7 +74,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
         rows.append((data.qpos.copy(), data.qvel.copy(), data.sensordata.copy()))
         data.qvel[made.crank_dof] = machine.speed
         if not contacts:
-            free, jacobian = _passive_dofs(made), constraint_jacobian(made.model, data)
+            free, jacobian = _passive_dofs(made), model.constraint_jacobian(made.model, data)
             turning = -jacobian[:, made.crank_dof] * machine.speed
             data.qvel[free] = np.linalg.lstsq(jacobian[:, free], turning, rcond=None)[0]
             mujoco.mj_forward(made.model, data)
@@ -92,27 +88,28 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
         )
         for p in made.tree.mechanism.observed
     }
-    error = shape_error(machine, settings) if contacts else None
-    return KinematicResult(angle, poses, points, error)
+    error = error_bound.shape_error(machine, settings) if contacts else None
+    return capabilities.KinematicResult(angle, poses, points, error)
 
 
-def _passive_dofs(made: MuJoCoModel) -> NDArray[np.int_]:
+def _passive_dofs(made: model.MuJoCoModel) -> NDArray[np.int_]:
     """Indices of all degrees of freedom except the crank's."""
     return np.array([i for i in range(made.model.nv) if i != made.crank_dof], dtype=int)
 
 
-def _close_loops(made: MuJoCoModel, data: mujoco.MjData) -> None:
+def _close_loops(made: model.MuJoCoModel, data: mujoco.MjData) -> None:
     """Close the loops by Newton iteration on the engine's own constraint violation and Jacobian."""
     free = _passive_dofs(made)
     for _ in range(MAX_KINEMATIC_STEPS):
         mujoco.mj_fwdPosition(made.model, data)
-        step = np.linalg.lstsq(constraint_jacobian(made.model, data)[:, free], data.efc_pos[: data.nefc], rcond=None)[0]
+        jacobian = model.constraint_jacobian(made.model, data)[:, free]
+        step = np.linalg.lstsq(jacobian, data.efc_pos[: data.nefc], rcond=None)[0]
         data.qpos[free] -= step
         if np.abs(step).max(initial=0.0) < 1e-15:  # nothing to close where the crank is all there is
             break
 
 
-def _place_follower(made: MuJoCoModel, data: mujoco.MjData, contact: CamContact) -> None:
+def _place_follower(made: model.MuJoCoModel, data: mujoco.MjData, contact: CamContact) -> None:
     """Place the follower where the engine's own distance of cam and roller is zero, by secant iteration."""
     (cam, roller), slide = made.cam_and_roller_geoms(contact), int(_passive_dofs(made)[0])
 
@@ -132,18 +129,20 @@ class MuJoCoStepper:
     """A machine without sensors in the exact state of its start; a call advances it by a number of steps."""
 
     def __init__(self, machine: Machine, settings: MuJoCoSettings) -> None:
-        self._made = build(machine, settings, sensors=False)
+        self._made = model.build(machine, settings, sensors=False)
         self.model, self.data = self._made.model, mujoco.MjData(self._made.model)
         self.data.qpos[:], self.data.qvel[:] = self._made.start_state(machine, run_extent(machine, 1, 1.0)[0])
 
     def __call__(self, steps: int) -> None:
-        with silence_warnings(), apply_load_laws(self.model, self._made.tree):
+        with dynamics.silence_warnings(), model.apply_load_laws(self.model, self._made.tree):
             mujoco.mj_step(self.model, self.data, nstep=steps)
 
 
 def reference_loop() -> MuJoCoStepper:
     """Stepper of the fixed slider-crank, the unit of timings, with a flywheel of 10 kg m^2 and stock tolerance."""
-    return MuJoCoStepper(TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0))
+    return MuJoCoStepper(
+        capabilities.TIMED_REFERENCE, MuJoCoSettings(STOCK, 1000, 0.001, tolerance=STOCK_TOLERANCE, armature=10.0)
+    )
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -167,23 +166,23 @@ class MuJoCo(Engine[MuJoCoSettings]):
     run = staticmethod(dynamics.run)
     solve_kinematics = staticmethod(solve_kinematics)
     expected_error = staticmethod(error_bound.expected_error)
-    expected_forces = staticmethod(expected_forces)
+    expected_forces = staticmethod(forces.expected_forces)
     stepper = MuJoCoStepper
     reference_loop = staticmethod(reference_loop)
-    grid = staticmethod(rules)
-    free_run = staticmethod(free_run)
+    grid = staticmethod(variants.rules)
+    free_run = staticmethod(free_run.free_run)
     paste = staticmethod(standalone.paste)
-    with_time_constant = staticmethod(with_time_constant)
-    with_regularisation = staticmethod(with_regularisation)
-    minimal_settings = staticmethod(minimal_settings)
-    ingredients = staticmethod(ingredients)
+    with_time_constant = staticmethod(variants.with_time_constant)
+    with_regularisation = staticmethod(variants.with_regularisation)
+    minimal_settings = staticmethod(variants.minimal_settings)
+    ingredients = staticmethod(variants.ingredients)
 
     @property
-    def releases(self) -> Releases:
-        return read_releases("conrod.engines.mujoco")
+    def releases(self) -> releases.Releases:
+        return releases.read_releases("conrod.engines.mujoco")
 
     def model(self, name: str, machine: DescribedMachine, settings: MuJoCoSettings) -> str:
-        return standalone_mjcf(name, machine, settings=settings)
+        return standalone.standalone_mjcf(name, machine, settings=settings)
 
     def probes(self, machine: Machine, steps_per_revolution: int) -> dict[str, MuJoCoSettings]:
         """Settings that show differences between releases: the presets, and solver parts that they do not use."""
@@ -200,20 +199,20 @@ class MuJoCo(Engine[MuJoCoSettings]):
 
     def refusal(self, machine: Machine, settings: MuJoCoSettings) -> str | None:
         mechanism = machine.kinematics.mechanism
-        if reason := contact_refusal(mechanism):
+        if reason := cam_polygon.contact_refusal(mechanism):
             return reason
         if settings.hardening is not None and mechanism.cam_contacts:
             return "hardening does not apply to contact"
-        reason = compat.missing_feature(settings) or edit_refusal(mechanism, settings)
-        return reason or tree_refusal(machine_tree(machine))
+        reason = compat.missing_feature(settings) or model_edits.edit_refusal(mechanism, settings)
+        return reason or spanning_tree.tree_refusal(spanning_tree.machine_tree(machine))
 
     def forces(
         self, machine: Machine, settings: MuJoCoSettings, revolutions: float, start_angle: float = 0.0
-    ) -> ForceTracks:
+    ) -> tracks.ForceTracks:
         free = FREE_REASON if "free-bodies" in settings.dressing else None
         if reason := self.refusal(machine, settings) or free:
-            return unreported_forces(machine.kinematics.mechanism, reason)
-        return forces(machine, settings, revolutions, start_angle)
+            return tracks.unreported_forces(machine.kinematics.mechanism, reason)
+        return forces.forces(machine, settings, revolutions, start_angle)
 
 
 MUJOCO_ENGINE = MuJoCo()

@@ -21,6 +21,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib.metadata import version
 from typing import Any, ClassVar
 
 import numpy as np
@@ -37,6 +38,7 @@ from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Mesh, Prismatic
 from conrod.mechanism.units import check_count, check_number
 
+PYMUNK_VERSION = version("pymunk")  # what 7.0.0 says of itself is 2.0.0
 ITERATION_ERROR_SHARE = 0.01  # of the scheme's own error, which the solver's iteration may add
 FINEST_STEPS = 5000  # per revolution; with more, rounding, which grows with their square, is the larger error
 START_POSITIONS = 36  # crank angles over a revolution at which a run may start

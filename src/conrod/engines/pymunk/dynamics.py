@@ -17,12 +17,12 @@ import numpy as np
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.numerics import frames_from_centres
-from conrod.engines.pymunk import PymunkSettings
+from conrod.engines.pymunk import PYMUNK_VERSION, PymunkSettings
 from conrod.engines.pymunk.distance_rods import add_rod_states
 from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.pymunk.loads import LoadForces, driven_loads
 from conrod.engines.pymunk.model_edits import apply_edits
-from conrod.engines.pymunk.space import PYMUNK_VERSION, PymunkSpace, build, build_free
+from conrod.engines.pymunk.space import PymunkSpace, build, build_free
 from conrod.engines.pymunk.stepping import advance, read_states
 from conrod.engines.run import RecordedPiece, record_pieces
 from conrod.engines.tracks import FreeRun, Pace

@@ -8,33 +8,38 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
-from conrod.engines.engine import STOCK, DeferredLibrary, DescribedMachine, Engine, Machine, run_extent
-from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
-from conrod.engines.pymunk import (
-    PYMUNK_PRESETS,
-    PymunkSettings,
-    dynamics,
-    error_bound,
-    forces,
-    ingredients,
-    space,
-    variants,
+from conrod.engines.engine import (
+    STOCK,
+    DeferredFunctions,
+    DeferredLibrary,
+    DescribedMachine,
+    Engine,
+    Machine,
+    run_extent,
 )
-from conrod.engines.pymunk.dynamics import build_at_angle as start_of
-from conrod.engines.pymunk.dynamics import crank_angles
-from conrod.engines.pymunk.error_bound import shape_error
-from conrod.engines.pymunk.loads import driven_loads
-from conrod.engines.pymunk.space import PymunkSpace, build
-from conrod.engines.pymunk.stepping import advance_unrecorded, read_states
-from conrod.engines.releases import Releases, read_releases
+from conrod.engines.numerics import frames_from_centres, place_at_angles, secant_root
+from conrod.engines.pymunk import PYMUNK_PRESETS, PYMUNK_VERSION, PymunkSettings
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, CamContact, Prismatic, pin_points
 
 if TYPE_CHECKING:
     import pymunk
+
+    from conrod.engines import capabilities, releases
+    from conrod.engines.pymunk import dynamics, error_bound, forces, ingredients, loads, space, stepping, variants
+    from conrod.engines.pymunk.space import PymunkSpace
 else:
     pymunk = DeferredLibrary("pymunk")
+    capabilities = DeferredLibrary("conrod.engines.capabilities")
+    releases = DeferredFunctions("conrod.engines.releases")
+    dynamics = DeferredFunctions("conrod.engines.pymunk.dynamics")
+    error_bound = DeferredFunctions("conrod.engines.pymunk.error_bound")
+    forces = DeferredFunctions("conrod.engines.pymunk.forces")
+    ingredients = DeferredFunctions("conrod.engines.pymunk.ingredients")
+    loads = DeferredFunctions("conrod.engines.pymunk.loads")
+    space = DeferredFunctions("conrod.engines.pymunk.space")
+    stepping = DeferredFunctions("conrod.engines.pymunk.stepping")
+    variants = DeferredFunctions("conrod.engines.pymunk.variants")
 
 # -- kinematic mode: its own joints as a solver of positions and rates at prescribed crank angles ----------------------
 
@@ -49,11 +54,11 @@ RATE_TOLERANCE = 1e-13  # residual rate of a joint, over the machine's size time
 PLACE_TOLERANCE = 1e-16
 
 
-def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
+def solve_kinematics(machine: Machine, angle: Array) -> capabilities.KinematicResult:
     """Hold the crank at each angle (T,) [rad] while pymunk's joints or distance query place the bodies."""
     settings = PymunkSettings.tuned(machine, 1000)
     still = replace(settings, iterations=KINEMATIC_ITERATIONS, gravity=False, error_bias=0.0)
-    made = build(machine, still)
+    made = space.build(machine, still)
     _equalise_masses(made)
     contacts = made.mechanism.cam_contacts
     rows = []
@@ -75,8 +80,8 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     poses, speeds = frames_from_centres(made.mechanism, centres, rates)
     observed = machine.kinematics.point_derivatives([poses, speeds])
     points = {name: (place, None if contacts else rate) for name, (place, rate) in observed.items()}
-    error = shape_error(machine, settings) if contacts else None
-    return KinematicResult(angle, poses, points, error)
+    error = error_bound.shape_error(machine, settings) if contacts else None
+    return capabilities.KinematicResult(angle, poses, points, error)
 
 
 def _equalise_masses(made: PymunkSpace) -> None:
@@ -131,7 +136,7 @@ def _closing_rates(made: PymunkSpace, machine: Machine, turn: float) -> Array:
         _stop_bodies(made)
         made.crank.angle, made.crank.angular_velocity = turn - spin * KINEMATIC_STEP, spin
         made.space.step(KINEMATIC_STEP)
-        rates = np.asarray(read_states(made)[1][0])
+        rates = np.asarray(stepping.read_states(made)[1][0])
         poses, speeds = frames_from_centres(made.mechanism, centres[None], rates[None])
         left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[0, :-1, 0]
         if np.abs(left).max() <= RATE_TOLERANCE * abs(spin) * machine.kinematics.size:
@@ -153,7 +158,7 @@ def _set_bias(made: PymunkSpace, error_bias: float) -> None:
 
 def _centres(made: PymunkSpace) -> Array:
     """Positions and angles of the centres of gravity (3 n,) [m, m, rad]."""
-    return np.asarray(read_states(made)[0][0])
+    return np.asarray(stepping.read_states(made)[0][0])
 
 
 def _place_follower(made: PymunkSpace, contact: CamContact, turn: float) -> tuple[Array, Array]:
@@ -183,19 +188,21 @@ class PymunkStepper:
 
     def __init__(self, machine: Machine, settings: PymunkSettings) -> None:
         angle, _ = run_extent(machine, 1, 1.0)
-        self.made, self._begin, self._steps = start_of(machine, settings, angle), angle / machine.speed, 0
-        self._machine, self._timestep, self._pushes = machine, settings.timestep, driven_loads(self.made, settings)
+        self.made = dynamics.build_at_angle(machine, settings, angle)
+        self._begin, self._steps, self._pushes = angle / machine.speed, 0, loads.driven_loads(self.made, settings)
+        self._machine, self._timestep = machine, settings.timestep
 
     def __call__(self, steps: int) -> None:
         times = self._begin + self._timestep * np.arange(self._steps, self._steps + steps, dtype=float)
         loading = (self._pushes.apply_for_step, times) if self._pushes else None
-        advance_unrecorded(self.made, self._timestep, crank_angles(self._machine, times), loading)
+        angles = dynamics.crank_angles(self._machine, times)
+        stepping.advance_unrecorded(self.made, self._timestep, angles, loading)
         self._steps += steps
 
 
 def reference_loop() -> PymunkStepper:
     """Stepper of the fixed slider-crank, the unit of timings, with pymunk's defaults."""
-    return PymunkStepper(TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
+    return PymunkStepper(capabilities.TIMED_REFERENCE, PymunkSettings(STOCK, 1000, 0.001))
 
 
 # -- the engine --------------------------------------------------------------------------------------------------------
@@ -205,7 +212,7 @@ class Pymunk(Engine[PymunkSettings]):
     """pymunk through its `Space`, with all capabilities."""
 
     name = "pymunk"
-    version = space.PYMUNK_VERSION
+    version = PYMUNK_VERSION
     presets = PYMUNK_PRESETS
     refusal = staticmethod(space.refusal)
     run = staticmethod(dynamics.run)
@@ -224,8 +231,8 @@ class Pymunk(Engine[PymunkSettings]):
     ingredients = staticmethod(ingredients.ingredients)
 
     @property
-    def releases(self) -> Releases:
-        return read_releases("conrod.engines.pymunk")
+    def releases(self) -> releases.Releases:
+        return releases.read_releases("conrod.engines.pymunk")
 
     def model(self, name: str, machine: DescribedMachine, settings: PymunkSettings) -> str:
         from conrod.engines.pymunk.standalone import standalone_module  # templates are slow to load

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from itertools import pairwise
 from typing import TYPE_CHECKING, assert_never
 
@@ -34,8 +33,6 @@ if TYPE_CHECKING:
     ConstantForces = tuple[tuple[pymunk.Body, tuple[float, float]], ...]  # bodies, and the constant force [N] on each
 else:
     pymunk = DeferredLibrary("pymunk")
-
-PYMUNK_VERSION = version("pymunk")  # what 7.0.0 says of itself is 2.0.0
 
 
 @dataclass(frozen=True)

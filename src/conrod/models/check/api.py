@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.errors import InvalidInput, as_mapping
-from conrod.execution.baseline_check import BaselineCheck
 from conrod.execution.local import call_on_file
 from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, scene_by_name
 from conrod.execution.runner import Runs
@@ -17,7 +16,6 @@ from conrod.execution.tolerances import check_tolerance
 from conrod.mechanism.units import check_count, check_number
 from conrod.mjcf.request import ModelRequest, controls_of, places_of, size_of_unit
 from conrod.models.check import report as user_model
-from conrod.models.check.baseline_lines import model_lines
 from conrod.models.check.frame import GivenFrame
 from conrod.models.check.results import AS_GIVEN, OWN, ModelStudy
 from conrod.report.findings import Findings, text_of_call
@@ -25,6 +23,9 @@ from conrod.scenes import Scene
 from conrod.user_files.files import check_readable
 from conrod.user_files.in_memory import Model, file_of_model
 from conrod.user_files.kept_checks import check_or_recall
+
+if TYPE_CHECKING:
+    from conrod.execution.baseline_check import BaselineCheck
 
 TURNS = 2
 STUDY = "conrod.models.check.study.study_scene_model"
@@ -100,7 +101,12 @@ def check_model(
             "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
             "unit": unit, "revolutions": None if revolutions == TURNS else revolutions,
         }  # fmt: skip
-        check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
+        check: BaselineCheck | None = None
+        if baseline is not None or accept:
+            from conrod.execution.baseline_check import BaselineCheck
+            from conrod.models.check.baseline_lines import model_lines
+
+            check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
 
         def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
             # The file of a model in memory is there for a moment; a baseline is compared with what is measured now.

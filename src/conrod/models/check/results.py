@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from conrod.comparison.compare import COMPARED_QUANTITIES, Size
+from conrod.comparison.compare import Size
 from conrod.comparison.other_forces import OtherForce
-from conrod.comparison.trajectory import Outcome
+from conrod.comparison.trajectory import COMPARED_QUANTITIES, Outcome
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.execution.tolerances import judged_scale, point_scales
 from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed

@@ -108,19 +108,19 @@ WITH_DRIVE = (
 def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a model, FMU or table by --scene or --drive; with neither, inspect it."""
     from conrod.cli.project import check_project_models
-    from conrod.scenes.space import MACHINES, SPATIAL
+    from conrod.scenes import SPATIAL, machines_in_space
     from conrod.user_files.endings import FILES, FMUS, MODELS
     from conrod.user_files.files import check_readable
 
     if not files:
         check_project_models(given_options=asked != CheckOptions())
         return
-    models = all(name.lower().endswith(MODELS) or name in (*MACHINES, SPATIAL) for name in files)
-    scene = asked.scene
+    scene, spatial = asked.scene, machines_in_space([*files, asked.scene or ""])
+    models = all(name.lower().endswith(MODELS) or name in spatial for name in files)
     if all(name.lower().endswith(MODELS) for name in files) and scene is None and not asked.drives and can_inspect():
         _inspect(files, asked)
         return
-    if models and (scene is None or scene in MACHINES or scene.lower().endswith(MODELS)):
+    if models and (scene is None or (scene in spatial and scene != SPATIAL) or scene.lower().endswith(MODELS)):
         check_machines("check", files, asked)
         return
     name = next((name for name in files if name.lower().endswith(FILES)), files[0])

@@ -7,19 +7,15 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 from conrod.errors import InvalidInput, as_mapping, as_names
-from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
-from conrod.execution.baseline_check import BaselineCheck
-from conrod.execution.local import call_on_own_files
+from conrod.execution.local import call_named, call_on_own_files
 from conrod.execution.runner import Runs, available_cores
 from conrod.execution.tolerances import UnscaledLimit, check_tolerance
 from conrod.mechanism.units import check_number
 from conrod.mjcf.loop_results import LOOP_UNITS, LoopRequest, LoopStudy
 from conrod.mjcf.request import controls_of, size_of_unit
-from conrod.models.loops.baseline_lines import loop_lines
 from conrod.models.loops.report import LOOPS_REPORT
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes.space import MACHINES
@@ -29,6 +25,8 @@ from conrod.user_files.kept_checks import check_or_recall
 
 if TYPE_CHECKING:
     import mujoco
+
+    from conrod.execution.baseline_check import BaselineCheck
 
 STUDY = "conrod.models.loops.study.study_loops"
 SHORTEST_RUN, LONGEST_RUN = 1e-6, 1e6  # [s]
@@ -90,7 +88,13 @@ def check_loops(
         "machine": machine, "unit": unit,
         "model": tuple(one for one in several if isinstance(one, str) and one in MACHINES),
     }  # fmt: skip
-    check = BaselineCheck.prepare(baseline, {}, words, accept=accept)
+    check: BaselineCheck | None = None
+    if baseline is not None or accept:
+        from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
+        from conrod.execution.baseline_check import BaselineCheck
+        from conrod.models.loops.baseline_lines import loop_lines
+
+        check = BaselineCheck.prepare(baseline, {}, words, accept=accept)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
     for one, (part, study) in zip(
         several, _check_all(several, question, 1.0, runs, progress, recall=not check), strict=True
@@ -164,19 +168,18 @@ def _check_machines(
     """Judge machines in space by their models, driven by their default laws unless others are given."""
     if not names:
         return
-    task: Callable[..., LoopStudy] = resolve_name(STUDY)
     with tempfile.TemporaryDirectory() as folder:
-        calls = list[tuple[Path, tuple[LoopRequest, str, float]]]()
+        calls = list[tuple[Path, tuple[str, LoopRequest, str, float]]]()
         for name in names:
             machine = MACHINES[name]()
             own = replace(question, machine=name, drives=question.drives or dict(machine.drives))
             path = Path(folder, f"{name}.xml")
             path.write_text(machine.mjcf, encoding="utf-8", newline="\n")
-            calls.append((path, (own, name, step_factor)))
-        with closing(call_on_own_files(task, calls, jobs)) as studies:
+            calls.append((path, (STUDY, own, name, step_factor)))
+        with closing(call_on_own_files(call_named, calls, jobs)) as studies:
             for name, (path, _) in zip(names, calls, strict=True):
                 try:
-                    study = next(studies)
+                    study: LoopStudy = next(studies)
                 except InvalidInput as error:
                     raise InvalidInput(str(error).replace(f"{path}", name)) from None
                 yield replace(study, file=name)

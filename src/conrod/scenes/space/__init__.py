@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from conrod.errors import Named
+from conrod.scenes import SPATIAL
 from conrod.scenes.space.machine import SpatialMachine
 from conrod.scenes.space.several_loops import delta, double_cardan, sarrus, stewart
 from conrod.scenes.space.single_loop import bennett, cardan_joint, rssr, spherical_four_bar, tilted_slider_crank
@@ -25,8 +26,6 @@ _BUILDERS: dict[str, Callable[..., SpatialMachine]] = {
     "stewart": stewart,
     "tilted-slider-crank": tilted_slider_crank,
 }
-# Word for all spatial machines on the command line.
-SPATIAL = "spatial"
 MACHINES: Mapping[str, Callable[..., SpatialMachine]] = Named(_BUILDERS, "spatial machine")
 
 __all__ = ["MACHINES", "SPATIAL", "SpatialMachine"]

@@ -15,7 +15,8 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability, require_capability
 from conrod.exact import GenericReference
 from conrod.exact.motion import Motion, Side
-from conrod.execution.run import MIN_PASS_STEPS, RunCase
+from conrod.execution.case import MIN_PASS_STEPS
+from conrod.execution.run import RunCase
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import Scene
 from conrod.studies.limits.records import LimitResult

@@ -15,9 +15,9 @@ from conrod.comparison.trajectory import Outcome, Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.engine import PIECE_STEPS
 from conrod.errors import InvalidInput
-from conrod.execution.case import contradictions
+from conrod.execution.case import MIN_PASS_STEPS, contradictions
 from conrod.execution.prediction import Prediction
-from conrod.execution.run import MIN_PASS_STEPS, PREDICTED_SAMPLES_PER_TURN, clamp_to_span, run_refusal
+from conrod.execution.run import PREDICTED_SAMPLES_PER_TURN, clamp_to_span, run_refusal
 from conrod.studies.limits.recorders import DEPTH_REVOLUTIONS, ExactTorque, FlightRecorder
 from conrod.studies.limits.records import LimitResult
 

@@ -6,11 +6,10 @@ from collections.abc import Generator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.engines import Engine
 from conrod.errors import InvalidInput
-from conrod.execution.baseline_check import BaselineCheck, scene_lines
 from conrod.execution.resolve_arguments import (
     MAX_KEPT_SAMPLES,
     MAX_STREAMED_SAMPLES,
@@ -23,7 +22,6 @@ from conrod.execution.resolve_arguments import (
     select_presets,
 )
 from conrod.execution.result import Plan
-from conrod.execution.run_cost import scene_costs
 from conrod.execution.runner import Runner, Runs
 from conrod.mechanism.units import check_number
 from conrod.report.findings import Findings, text_of_call
@@ -31,6 +29,9 @@ from conrod.scenes import Scene
 from conrod.studies.validation.report import VALIDATION_REPORT
 from conrod.studies.validation.results import SceneStudy
 from conrod.studies.validation.study import validation_study
+
+if TYPE_CHECKING:
+    from conrod.execution.baseline_check import BaselineCheck
 
 REVOLUTIONS = 2
 MIN_COST_RATIO, MAX_COST_RATIO = 1.0, 1000.0  # of the baseline's cost
@@ -77,12 +78,15 @@ def validate(
     plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, max_samples)
     words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
     words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check = None
+    check: BaselineCheck | None = None
     if cost_ratio is not None:
         if baseline is None:
             raise InvalidInput("--cost-ratio: it is for a baseline, name its file with --baseline")
         check_number("--cost-ratio", cost_ratio or MIN_COST_RATIO, MIN_COST_RATIO, MAX_COST_RATIO)
     if baseline or accept:
+        from conrod.execution.baseline_check import BaselineCheck, scene_lines
+        from conrod.execution.run_cost import scene_costs
+
         check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
     runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from conrod.comparison.compare import COMPARED_QUANTITIES, size_of
+from conrod.comparison.compare import size_of
 from conrod.comparison.outcome import joint_gaps
-from conrod.comparison.trajectory import Outcome
+from conrod.comparison.trajectory import COMPARED_QUANTITIES, Outcome
 from conrod.engines import Engine
 from conrod.engines.capabilities import KinematicMode, KinematicResult, MissingCapability, capability
 from conrod.engines.engine import default_steps, judged_preset

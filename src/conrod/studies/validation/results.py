@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 
-from conrod.comparison.compare import COMPARED_QUANTITIES
+from conrod.comparison.trajectory import COMPARED_QUANTITIES
 from conrod.engines import Engine
 from conrod.exact.link_rotations import ROTATIONS
 from conrod.exact.motion import QUANTITIES, Array

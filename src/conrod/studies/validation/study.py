@@ -13,8 +13,6 @@ from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, Plan, presets_study
 from conrod.execution.tolerances import Limit
 from conrod.scenes import Scene
-from conrod.studies.validation.dynamic_mode import validate_dynamic
-from conrod.studies.validation.kinematic_mode import validate_kinematic
 from conrod.studies.validation.results import SceneStudy, ValidationResult, empty_result
 
 
@@ -31,8 +29,13 @@ class ValidationCase(JudgedCase[ValidationResult]):
         return empty_result(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     def perform(self) -> ValidationResult:
+        # What makes runs is imported where they are made: not where all are in the ledger.
         if self.preset is None:
+            from conrod.studies.validation.kinematic_mode import validate_kinematic
+
             return validate_kinematic(self.name, self.scene, self.loaded_engine)
+        from conrod.studies.validation.dynamic_mode import validate_dynamic
+
         return validate_dynamic(self.name, self.scene, self.loaded_engine, self.preset, self.plan)
 
     @property

@@ -35,20 +35,21 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     these groups. Without a SCENE, all with a closed form are run.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
-    from conrod.execution.resolve_arguments import select_scenes
-    from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
-    from conrod.scenes.space import MACHINES, SPATIAL
-    from conrod.studies.validation.api import REVOLUTIONS, validate
-    from conrod.studies.validation.report import VALIDATION_REPORT
-    from conrod.user_files.endings import FILES
+    from conrod.scenes import machines_in_space
 
-    if spatial := [name for name in scenes if name in (*MACHINES, SPATIAL)]:
+    if spatial := machines_in_space(scenes):
         if len(spatial) < len(scenes):
             other = next(name for name in scenes if name not in spatial)
             raise InvalidInput(f"{spatial[0]} is a machine in space, {other} is not: validate them one after the other")
         _validate_in_space(scenes, asked)
         return
+    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.execution.resolve_arguments import select_scenes
+    from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
+    from conrod.studies.validation.api import REVOLUTIONS, validate
+    from conrod.studies.validation.report import VALIDATION_REPORT
+    from conrod.user_files.endings import FILES
+
     if any(name.lower().endswith(FILES) for name in scenes):
         options.refuse_old_spelling(click.get_current_context())
     asked = with_project_settings(asked)
