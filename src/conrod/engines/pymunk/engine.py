@@ -49,6 +49,10 @@ KINEMATIC_STEP = 1e-6  # [s]
 MAX_KINEMATIC_STEPS = 12
 KINEMATIC_ITERATIONS = 2000
 MAX_RATE_SOLVES = 20
+# Most machines need a small part of these iterations, which are tried first; of them, at most so many Newton steps an
+# angle, the last of them so small [m, rad], and solutions for rates, with so large a residual rate.
+FEW_ITERATIONS, MAX_FEW_STEPS, FEW_RATE_SOLVES = 200, 6, 2
+FEW_PLACE_TOLERANCE, FEW_RATE_TOLERANCE = 1e-15, 1e-14
 RATE_TOLERANCE = 1e-13  # residual rate of a joint, over the machine's size times the crank's speed
 # A Newton step this small [m, rad] is rounding.
 PLACE_TOLERANCE = 1e-16
@@ -57,31 +61,101 @@ PLACE_TOLERANCE = 1e-16
 def solve_kinematics(machine: Machine, angle: Array) -> capabilities.KinematicResult:
     """Hold the crank at each angle (T,) [rad] while pymunk's joints or distance query place the bodies."""
     settings = PymunkSettings.tuned(machine, 1000)
-    still = replace(settings, iterations=KINEMATIC_ITERATIONS, gravity=False, error_bias=0.0)
+    found: tuple[Array, Array | None] | None
+    if machine.kinematics.mechanism.cam_contacts:
+        made = _build_still(machine, settings, KINEMATIC_ITERATIONS)
+        found, error = _place_followers(made, machine, angle), error_bound.shape_error(machine, settings)
+    else:
+        made = _build_still(machine, settings, FEW_ITERATIONS)
+        found, error = _solve_in_few_iterations(made, machine, angle), None
+        if found is None:
+            made = _build_still(machine, settings, KINEMATIC_ITERATIONS)
+            found = _solve_in_many_iterations(made, machine, angle)
+    centres, rates = found
+    poses, speeds = frames_from_centres(made.mechanism, centres, np.zeros_like(centres) if rates is None else rates)
+    observed = machine.kinematics.point_derivatives([poses, speeds])
+    points = {name: (place, None if rates is None else rate) for name, (place, rate) in observed.items()}
+    return capabilities.KinematicResult(angle, poses, points, error)
+
+
+def _build_still(machine: Machine, settings: PymunkSettings, iterations: int) -> PymunkSpace:
+    """Build the machine's space for kinematic mode."""
+    still = replace(settings, iterations=iterations, gravity=False, error_bias=0.0)
     made = space.build(machine, still)
     _equalise_masses(made)
-    contacts = made.mechanism.cam_contacts
-    rows = []
+    return made
+
+
+def _solve_in_few_iterations(made: PymunkSpace, machine: Machine, angle: Array) -> tuple[Array, Array] | None:
+    """Solve for states (T, 3 n) of the centres of gravity at crank angles (T,) [rad]; None if it takes more iterations.
+
+    The few suffice if Newton steps close the joints as fast as with exact solutions, and rates fit them to rounding.
+    """
+    motion, spin = stepping.StillSteps(made, KINEMATIC_STEP), made.mechanism.driver.sense * machine.speed
+    _set_bias(made, 0.0)
+    rows, closed = list[Array](), True
+
+    def place(theta: float, ahead: Array | None) -> Array:
+        nonlocal closed
+        if ahead is not None:
+            _place_bodies(made, ahead)
+        made.crank.angular_velocity, made.crank.angle = 0.0, made.mechanism.crank_turn(theta)
+        before, length = motion.centres(), 0.0
+        for _ in range(MAX_FEW_STEPS if closed else 0):
+            motion.take_steps_from_rest(2)  # finds the velocities that close the joints, and moves by them
+            now = motion.centres()
+            length, before = max(map(abs, map(float.__sub__, now, before))), now
+            if length < FEW_PLACE_TOLERANCE:
+                break
+        closed = closed and length < FEW_PLACE_TOLERANCE
+        return np.array(before)
+
+    for _ in place_at_angles(machine.kinematics, angle, place):
+        if not closed:
+            return None
+        rows.append(_centres(made))
+    centres, rates = np.array(rows), np.empty((len(rows), len(rows[0])))
+    _set_bias(made, 1.0)
+    for k, theta in enumerate(map(float, angle)):
+        _place_bodies(made, centres[k])
+        for _ in range(FEW_RATE_SOLVES):
+            made.crank.angle = made.mechanism.crank_turn(theta) - spin * KINEMATIC_STEP
+            motion.take_steps_from_rest(1, spin)
+        rates[k] = stepping.read_states(made)[1][0]
+    poses, speeds = frames_from_centres(made.mechanism, centres, rates)
+    left = (machine.kinematics.jacobian(poses) @ speeds[:, :, None])[:, :-1, 0]
+    fits = np.abs(left).max() <= FEW_RATE_TOLERANCE * abs(spin) * machine.kinematics.size
+    return (centres, rates) if fits else None
+
+
+def _solve_in_many_iterations(made: PymunkSpace, machine: Machine, angle: Array) -> tuple[Array, Array]:
+    """Solve for states (T, 3 n) of the centres of gravity at crank angles (T,) [rad]."""
 
     def place(theta: float, ahead: Array | None) -> Array:
         if ahead is not None:
             _place_bodies(made, ahead)
-        if not contacts:
-            _close_joints(made, made.mechanism.crank_turn(theta))
+        _close_joints(made, made.mechanism.crank_turn(theta))
         return _centres(made)
 
-    for theta in place_at_angles(machine.kinematics, angle, place):
-        turn = made.mechanism.crank_turn(theta)
-        if contacts:
-            rows.append(_place_follower(made, contacts[0], turn))
-        else:
-            rows.append((_centres(made), _closing_rates(made, machine, turn)))
+    rows = [
+        (_centres(made), _closing_rates(made, machine, made.mechanism.crank_turn(theta)))
+        for theta in place_at_angles(machine.kinematics, angle, place)
+    ]
     centres, rates = (np.array(column) for column in zip(*rows, strict=True))
-    poses, speeds = frames_from_centres(made.mechanism, centres, rates)
-    observed = machine.kinematics.point_derivatives([poses, speeds])
-    points = {name: (place, None if contacts else rate) for name, (place, rate) in observed.items()}
-    error = error_bound.shape_error(machine, settings) if contacts else None
-    return capabilities.KinematicResult(angle, poses, points, error)
+    return centres, rates
+
+
+def _place_followers(made: PymunkSpace, machine: Machine, angle: Array) -> tuple[Array, Array | None]:
+    """Place a cam's follower at crank angles (T,) [rad]; states (T, 3 n) of the centres of gravity, without rates."""
+
+    def place(_: float, ahead: Array | None) -> Array:
+        if ahead is not None:
+            _place_bodies(made, ahead)
+        return _centres(made)
+
+    contact = made.mechanism.cam_contacts[0]
+    turns = map(made.mechanism.crank_turn, place_at_angles(machine.kinematics, angle, place))
+    return np.array([_place_follower(made, contact, turn) for turn in turns]), None
 
 
 def _equalise_masses(made: PymunkSpace) -> None:
@@ -161,7 +235,7 @@ def _centres(made: PymunkSpace) -> Array:
     return np.asarray(stepping.read_states(made)[0][0])
 
 
-def _place_follower(made: PymunkSpace, contact: CamContact, turn: float) -> tuple[Array, Array]:
+def _place_follower(made: PymunkSpace, contact: CamContact, turn: float) -> Array:
     """Place the follower where the engine's own distance of cam and roller is zero, by secant iteration."""
     made.crank.angle = turn
     made.space.reindex_shapes_for_body(made.crank)
@@ -177,7 +251,7 @@ def _place_follower(made: PymunkSpace, contact: CamContact, turn: float) -> tupl
 
     displacement = secant_root(gap, 0.0, 1e-4 * contact.roller_radius, 1e-15)
     follower.position = start + along * displacement
-    return _centres(made), np.zeros(3 * len(made.bodies))
+    return _centres(made)
 
 
 # -- steps with nothing recorded, which is what pymunk itself costs ----------------------------------------------------

@@ -148,6 +148,38 @@ def _copy_memory(made: PymunkSpace, timestep: float, turns: list[float], memory:
     return copies
 
 
+class StillSteps:
+    """Steps of a length [s], each few begun with all bodies at rest, as an iteration of a space's own joints takes."""
+
+    def __init__(self, made: PymunkSpace, timestep: float) -> None:
+        self._made, self._timestep, self._known = made, timestep, memory_is_known()
+        self._numbers = [memory_of(body).cast("d") for body in made.bodies]
+        self._crank = self._numbers[made.mechanism.body_index[made.mechanism.crank]]
+
+    def take_steps_from_rest(self, count: int, spin: float = 0.0) -> None:
+        """Set all rates to 0, but the crank's to `spin` [rad/s], and take a number of steps."""
+        x, y, turn = RATE_COLUMNS
+        if self._known and not _public_steps(self._made):
+            for numbers in self._numbers:
+                numbers[x] = numbers[y] = numbers[turn] = 0.0
+            self._crank[turn] = spin
+            take_step, space = chipmunk.lib.cpSpaceStep, self._made.space._space
+            for _ in range(count):
+                take_step(space, self._timestep)
+            return
+        for body in self._made.bodies:
+            body.velocity, body.angular_velocity = (0.0, 0.0), 0.0
+        self._made.crank.angular_velocity = spin
+        for _ in range(count):
+            self._made.space.step(self._timestep)
+
+    def centres(self) -> list[float]:
+        """Positions and angles of the centres of gravity (3 n,) [m, m, rad]."""
+        if not self._known:
+            return [float(value) for value in read_states(self._made)[0][0]]
+        return [numbers[column] for numbers in self._numbers for column in CENTRE_COLUMNS]
+
+
 def _round_states(bodies: tuple[pymunk.Body, ...]) -> None:
     """Round the states of all bodies to single precision."""
     for body in bodies:
