@@ -19,8 +19,10 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.engines.spanning_tree import machine_tree
+from conrod.exact.configuration_curve import ConfigurationCurve
 from conrod.exact.elimination import triangular_blocks
 from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.execution.resolve_arguments import select_scene
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 
 Point = tuple[float, float]
@@ -170,3 +172,26 @@ def test_hardened_mujoco_runs_large_mechanism_accurately(largest: DescribedScene
     assert trajectory.outcome is Outcome.COMPLETED
     assert compare(trajectory, largest).worst("position") < 1e-8
     assert compare(trajectory, with_wrong_length(largest)).worst("position") > 1e-5
+
+
+def test_many_pins_are_solved_sparsely_as_by_dense_matrices() -> None:
+    mechanism = select_scene("four-bar-chain-15", ())[1].mechanism()
+    sparse, dense = ConfigurationCurve(mechanism), ConfigurationCurve(mechanism)
+    assert sparse._pins is not None  # negative control: few pins, and other joints, are not
+    assert ConfigurationCurve(select_scene("four-bar-chain-14", ())[1].mechanism())._pins is None
+    assert ConfigurationCurve(scene_from_tables(large_mechanism(20)).mechanism())._pins is None
+    dense._pins = None
+    start = sparse.start_point()
+    assert np.abs(start - dense.start_point()).max() < 1e-14
+    generator = np.random.default_rng(3)
+    points = start + 0.01 * generator.standard_normal((4, start.shape[1]))
+    border, second = (generator.standard_normal(points.shape) for _ in range(2))
+    for coefficients in ([points], [points, border], [points, border, second]):
+        found, expected = (curve.residual_coefficient(coefficients) for curve in (sparse, dense))
+        np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-14)
+    for transposed in (False, True):
+        found, expected = (curve._factors(points, border).solve(second, transposed) for curve in (sparse, dense))
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9 * np.abs(expected).max())
+    # Two like rows: singular for both.
+    for curve in (sparse, dense):
+        assert not np.isfinite(curve._factors(points, curve.jacobian(points)[:, 0]).solve(second)).all()

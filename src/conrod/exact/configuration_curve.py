@@ -16,6 +16,7 @@ from threadpoolctl import ThreadpoolController
 from conrod.exact.equations import Arcs, Equations
 from conrod.exact.joint_equations import active_arcs, pose_jets
 from conrod.exact.motion import Array
+from conrod.exact.sparse_pins import Solver, SparsePins
 from conrod.mechanism.mechanism import GROUND, CamContact, Mechanism
 from conrod.mechanism.units import REVOLUTION
 
@@ -67,6 +68,7 @@ class ConfigurationCurve:
         self.unit = math.sqrt(len(mechanism.bodies))
         self._lengths = self._equations.row_lengths(size)
         self._fixed_arcs: dict[str, int] = {}
+        self._pins = SparsePins.of(mechanism, self.scale, self._lengths)
 
     def with_arcs(self, arcs: dict[str, int]) -> Self:
         """Return the curve for rollers that stay on given arcs of their cams, smooth beyond the arcs' ends."""
@@ -91,6 +93,8 @@ class ConfigurationCurve:
 
     def residual_coefficient(self, coefficients: list[Array]) -> Array:
         """Taylor coefficient (T, 3 n - 1) of the joints' equations along Taylor coefficients of points."""
+        if self._pins is not None:
+            return self._pins.residual([c * self.scale for c in coefficients])
         samples = len(coefficients[0])
         rows = self._equations.residual([c * self.scale for c in coefficients], np.zeros(samples), self._arcs(samples))
         return np.stack([np.broadcast_to(row, samples) for row in rows[:-1]], axis=1) / self._lengths
@@ -110,10 +114,13 @@ class ConfigurationCurve:
         for _ in range(MAX_NEWTON_STEPS):
             within = np.sum(rows * (points - guess), axis=1)[:, None]
             left = np.concatenate([self.residual_coefficient([points]), within], axis=1)
-            try:
-                step = np.linalg.solve(self.bordered_jacobian(points, rows), left[:, :, None])[:, :, 0]
-            except np.linalg.LinAlgError:
-                return None
+            if self._pins is not None:
+                step = self._factors(points, rows).solve(left)
+            else:
+                try:
+                    step = np.linalg.solve(self.bordered_jacobian(points, rows), left[:, :, None])[:, :, 0]
+                except np.linalg.LinAlgError:
+                    return None
             points = points - step
             if not np.isfinite(step).all():
                 return None
@@ -124,7 +131,7 @@ class ConfigurationCurve:
     def frame(self, points: Array, along: Array) -> CurveFrame:
         """Return tangents and curvatures at points (T, 3 n); `along` (T, 3 n) picks the tangent's sense."""
         # One factorisation gives all of them, at a small part of what a singular value decomposition costs.
-        factors = BorderedFactors(self.bordered_jacobian(points, along))
+        factors = self._factors(points, along)
         last = np.zeros_like(points)
         last[:, -1] = 1.0
         normal = factors.solve(last)
@@ -132,6 +139,12 @@ class ConfigurationCurve:
         second = 2.0 * self.residual_coefficient([points, tangent, np.zeros_like(points)])
         curvature = -factors.solve_across(second, tangent)
         return CurveFrame(tangent, curvature, factors.singular_value(tangent))
+
+    def _factors(self, points: Array, row: Array) -> BorderedFactors:
+        """Factors of the Jacobian at points (T, 3 n) with one row added below."""
+        if self._pins is None:
+            return BorderedFactors(_dense_solvers(self.bordered_jacobian(points, row)))
+        return BorderedFactors(self._pins.solvers(points * self.scale, row))
 
     def start_point(self) -> Array:
         """The exact point (1, 3 n) near the mechanism's start poses, with the crank held."""
@@ -164,23 +177,37 @@ def without_whole_turns(mechanism: Mechanism, difference: Array) -> Array:
     return np.asarray(rest)
 
 
+def _dense_solvers(matrices: Array) -> list[Solver | None]:
+    """Solvers of matrices (T, k, k) by their LU factors, for `BorderedFactors`."""
+    from scipy.linalg.lapack import dgetrf, dgetrs  # slow to load
+
+    def solver(lower_upper: Array, pivots: Array, singular: int) -> Solver | None:
+        if singular:
+            return None
+        return lambda right, transposed: dgetrs(lower_upper, pivots, right, trans=int(transposed))[0]
+
+    return [solver(*dgetrf(matrix)) for matrix in matrices]
+
+
 POWER_STEPS = 4  # power iterations for the smallest singular value, of which a few digits suffice
 
 
 class BorderedFactors:
-    """LU factors of bordered Jacobians (T, k, k); solutions are nan where a matrix is singular."""
+    """Factors of bordered Jacobians (T, k, k); solutions are nan where a matrix is singular.
 
-    def __init__(self, matrices: Array) -> None:
-        from scipy.linalg.lapack import dgetrf, dgetrs  # slow to load
+    Args:
+        solvers: of each matrix, a function that solves for a right-hand side (k,); None where it is singular.
+    """
 
-        self._factors, self._solve = [dgetrf(matrix) for matrix in matrices], dgetrs
+    def __init__(self, solvers: list[Solver | None]) -> None:
+        self._solvers = solvers
 
     def solve(self, right: Array, transposed: bool = False) -> Array:
         """Solutions (T, k) for right-hand sides (T, k)."""
         found = np.full(right.shape, np.nan)
-        for k, (lower_upper, pivots, singular) in enumerate(self._factors):
-            if not singular:
-                found[k], _ = self._solve(lower_upper, pivots, right[k], trans=int(transposed))
+        for k, solve in enumerate(self._solvers):
+            if solve is not None:
+                found[k] = solve(right[k], transposed)
         return found
 
     def solve_across(self, right: Array, tangent: Array) -> Array:
