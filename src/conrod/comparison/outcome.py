@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.comparison.trajectory import BodyTracks, Outcome
+from conrod.comparison.trajectory import ArrayMapper, BodyTracks, Outcome
 from conrod.exact.joint_equations import joint_residual, pose_jets
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, cache_blocks
 from conrod.mechanism.mechanism import CamContact, Mechanism, Prismatic
 
 # Distance of a body from its start, in sizes of the mechanism, beyond which it has left the machine.
@@ -26,6 +26,7 @@ MAX_SPEED_ERROR = 0.5
 LIMIT_POSE_RATIO = 0.1
 # Distance [rad] from a change point within which the error of a state may exceed the distance of the branches.
 CHANGE_POINT_DISTANCE = 0.1
+BLOCK_SAMPLES = 8192  # judged at once, so that intermediate arrays stay in a core's cache
 
 
 @dataclass(frozen=True)
@@ -89,13 +90,23 @@ def judge_outcome(
         _find_open_joint,
         _find_branch_flip,
     )
+    blocks = (_block_of_samples(bodies, rows) for rows in cache_blocks(len(bodies.position.poses), BLOCK_SAMPLES))
+    # Most runs have nothing to find, which is seen in less time block by block.
+    if all(rule(kinematics, block, speed) is None for block in blocks for rule in rules):
+        return combine_verdicts(before, RunVerdict(Outcome.COMPLETED))
     found = (verdict for rule in rules if (verdict := rule(kinematics, bodies, speed)) is not None)
     return combine_verdicts(before, next(found, RunVerdict(Outcome.COMPLETED)))
 
 
+def _block_of_samples(bodies: BodyTracks, rows: slice) -> BodyTracks:
+    """Return consecutive samples of each quantity."""
+    return ArrayMapper(lambda parts: parts[0][rows])(bodies)
+
+
 def _find_divergence(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
     """DIVERGED if a state is not finite."""
-    for states in (bodies.position, bodies.velocity, bodies.acceleration):
+    each = {id(states): states for states in (bodies.position, bodies.velocity, bodies.acceleration)}
+    for states in each.values():
         for values in (states.poses, states.rates, states.accelerations):
             if not np.all(np.isfinite(values)):
                 bad = int(np.argmin(np.all(np.isfinite(values), axis=1)))
@@ -105,10 +116,10 @@ def _find_divergence(kinematics: Kinematics, bodies: BodyTracks, speed: float) -
 
 def _find_explosion(kinematics: Kinematics, bodies: BodyTracks, speed: float) -> RunVerdict | None:
     """EXPLODED if a body is out of reach of the mechanism."""
-    positions = bodies.position.poses.reshape(len(bodies.position.poses), -1, 3)[:, :, :2]
-    start = kinematics.start.reshape(-1, 3)[:, :2]
-    away = np.abs(positions - start).max(axis=(1, 2)) / kinematics.size
-    if away.max() > MAX_REACH_SIZES:
+    poses, start = bodies.position.poses, kinematics.start[0]
+    farthest = np.maximum(poses.max(axis=0) - start, start - poses.min(axis=0)).reshape(-1, 3)[:, :2]
+    if farthest.max() / kinematics.size > MAX_REACH_SIZES:
+        away = np.abs(poses - start).reshape(len(poses), -1, 3)[:, :, :2].max(axis=(1, 2)) / kinematics.size
         worst = int(np.argmax(away > MAX_REACH_SIZES))
         time = float(bodies.position.instants.times[worst])
         return RunVerdict(Outcome.EXPLODED, f"beyond {MAX_REACH_SIZES:g} sizes of the mechanism from {time:.6g} s on")

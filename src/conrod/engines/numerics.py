@@ -133,16 +133,21 @@ def centres_from_frames(mechanism: Mechanism, poses: Array, rates: Array) -> tup
 def _shift_reference_points(mechanism: Mechanism, states: Array, rates: Array, sign: float) -> tuple[Array, Array]:
     """Move each body's reference point by `sign` times the arm from its frame to its centre of gravity."""
     poses, speeds = states.copy(), rates.copy()
+    shift_to_frames(mechanism, poses, speeds, sign)
+    return poses, speeds
+
+
+def shift_to_frames(mechanism: Mechanism, poses: Array, speeds: Array, sign: float = -1.0) -> None:
+    """Replace centres of gravity and their rates (T, 3 n) by poses and rates of the body frames; +1 for the reverse."""
     for i, body in enumerate(mechanism.bodies):
         if body.centre_of_gravity == (0.0, 0.0):
             continue
-        x, y = rotate_planar(body.centre_of_gravity, states[:, 3 * i + 2])
-        spin = rates[:, 3 * i + 2]
+        x, y = rotate_planar(body.centre_of_gravity, poses[:, 3 * i + 2])
+        spin = speeds[:, 3 * i + 2]
         poses[:, 3 * i] += sign * x
         poses[:, 3 * i + 1] += sign * y
         speeds[:, 3 * i] -= sign * (spin * y)
         speeds[:, 3 * i + 1] += sign * (spin * x)
-    return poses, speeds
 
 
 def poses_by_centres(mechanism: Mechanism, poses: Array) -> Array:

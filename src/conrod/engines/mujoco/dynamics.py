@@ -15,13 +15,14 @@ from conrod.engines.engine import PIECE_STEPS, DeferredLibrary, Machine
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build
 from conrod.engines.run import RecordedPiece, record_pieces
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, cache_blocks
 
 if TYPE_CHECKING:
     import mujoco
 else:
     mujoco = DeferredLibrary("mujoco")
 
+BLOCK_SAMPLES = 4096  # looked at together, so that intermediate arrays stay in a core's cache
 # Warnings at which MuJoCo resets the state, unless `autoreset` is off.
 BAD_NUMBER_WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC")
 
@@ -258,14 +259,17 @@ def body_states(
     Args:
         before: poses (3 n,) of the sample before; those of crank angle 0 by default.
     """
-    nq, nv = made.model.nq, made.model.nv
-    poses, speeds = made.forward_kinematics(states[:, 1 : 1 + nq], states[:, 1 + nq : 1 + nq + nv], before)
+    nq, nv, bodies = made.model.nq, made.model.nv, made.tree.mechanism.bodies
+    poses, speeds, accelerations = (np.empty((len(states), 3 * len(bodies))) for _ in range(3))
     read = [
-        column
-        for body in made.tree.mechanism.bodies
-        for column in (
-            _acceleration(made, sensors, body.name),
-            made.sensor_values(sensors, f"{body.name}.angular_acceleration")[:, 2:],
-        )
+        made.sensor_column(f"{body.name}.{name}", axis)
+        for body in bodies
+        for name, axis in (("acceleration", 0), ("acceleration", 1), ("angular_acceleration", 2))
     ]
-    return BodyStates(instants, poses, speeds, np.hstack(read))
+    fall = np.tile([*made.model.opt.gravity[:2], 0.0], len(bodies))  # put back, as in `_acceleration`
+    for rows in cache_blocks(len(states), BLOCK_SAMPLES):
+        coordinates, rates = states[rows, 1 : 1 + nq], states[rows, 1 + nq : 1 + nq + nv]
+        poses[rows], speeds[rows] = made.forward_kinematics(coordinates, rates, before)
+        before = poses[rows][-1]
+        accelerations[rows] = sensors[rows][:, read] + fall
+    return BodyStates(instants, poses, speeds, accelerations)

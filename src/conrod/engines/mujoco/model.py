@@ -190,6 +190,10 @@ class MuJoCoModel:
         """Indices of the geoms of cam and roller."""
         return int(self.model.geom(f"{contact.a}.profile").id), int(self.model.geom(f"{contact.b}.roller").id)
 
+    def sensor_column(self, name: str, axis: int) -> int:
+        """Column of one number of a sensor in sensor data (T, nsensordata)."""
+        return int(self.model.sensor(name).adr[0]) + axis
+
     def sensor_values(self, data: Array, name: str) -> Array:
         """Columns of one sensor in sensor data (T, nsensordata)."""
         sensor = self.model.sensor(name)

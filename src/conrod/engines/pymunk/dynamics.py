@@ -16,7 +16,7 @@ import numpy as np
 
 from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
 from conrod.engines.engine import PIECE_STEPS, Machine
-from conrod.engines.numerics import frames_from_centres
+from conrod.engines.numerics import frames_from_centres, shift_to_frames
 from conrod.engines.pymunk import PYMUNK_VERSION, PymunkSettings
 from conrod.engines.pymunk.distance_rods import add_rod_states
 from conrod.engines.pymunk.gears import gears_refusal
@@ -178,15 +178,29 @@ def build_at_angle(machine: Machine, settings: PymunkSettings, start_angle: floa
 
 
 def body_tracks(mechanism: Mechanism, at: SampleInstants, centres: Array, rates: Array) -> BodyTracks:
-    """States of all bodies at the instants of positions, velocities and accelerations."""
-    here = frames_from_centres(mechanism, centres, rates)
-    middle = frames_from_centres(mechanism, centres[1:] + at.ahead * rates[1:], rates[1:])
-    between = frames_from_centres(mechanism, centres[3:] + at.back * rates[2:-1], 0.5 * (rates[3:] + rates[2:-1]))
-    rest = np.zeros_like
+    """States of all bodies at the instants of positions, velocities and accelerations, in one pass over the samples."""
+    samples, columns = centres.shape
+    here, middle, between = (
+        [np.empty((max(samples - first, 0), columns)) for _ in ("poses", "rates")] for first in (0, 1, 3)
+    )
+    changes = np.empty(between[0].shape)
+    for rows in cache_blocks(samples, CHUNK_SAMPLES):
+        for first, states in ((0, here), (1, middle), (3, between)):
+            own = slice(max(rows.start, first), rows.stop)
+            poses, speeds = (values[own.start - first : max(own.stop - first, 0)] for values in states)
+            if first == 3:
+                before = slice(own.start - 1, max(own.stop, own.start) - 1)
+                poses[:], speeds[:] = centres[own] + at.back * rates[before], 0.5 * (rates[own] + rates[before])
+            else:
+                poses[:], speeds[:] = centres[own] + at.ahead * rates[own] if first else centres[own], rates[own]
+            shift_to_frames(mechanism, poses, speeds)
+        new = slice(max(rows.start - 3, 0), max(rows.stop - 3, 0))
+        changes[new] = (middle[1][new.start + 2 : new.stop + 2] - middle[1][new.start + 1 : new.stop + 1]) / at.step
     return BodyTracks(
-        BodyStates(at.position, *here, rest(here[0])),
-        BodyStates(at.velocity, *middle, rest(middle[0])),
-        BodyStates(at.acceleration, *between, np.diff(middle[1], axis=0)[1:] / at.step),
+        # Zeros that take no memory.
+        BodyStates(at.position, *here, np.broadcast_to(0.0, here[0].shape)),
+        BodyStates(at.velocity, *middle, np.broadcast_to(0.0, middle[0].shape)),
+        BodyStates(at.acceleration, *between, changes),
     )
 
 
