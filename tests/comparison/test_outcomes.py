@@ -209,3 +209,13 @@ def test_run_with_small_defect_is_completed(name: str) -> None:
     tracks = BodyTracks(states, states, states)
     assert judge_outcome(scene.kinematics, tracks, scene.speed).outcome is Outcome.COMPLETED
     assert compare(synthetic_trajectory(scene, longer_rod(scene), stamps=TOGETHER), scene).worst("position") > 1e-5
+
+
+def test_a_run_judged_in_blocks_has_the_verdict_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    late = len(exact_states(SAW).poses) - 3
+    far = moved(1, (2.0 * MAX_REACH_SIZES * SAW.kinematics.size, 0.0), late)
+    whole, healthy = verdict(SAW, far), verdict(SAW)
+    monkeypatch.setattr("conrod.comparison.outcome.BLOCK_SAMPLES", 7)
+    assert verdict(SAW, far) == whole
+    assert whole.outcome is Outcome.EXPLODED
+    assert verdict(SAW) == healthy == RunVerdict(Outcome.COMPLETED)

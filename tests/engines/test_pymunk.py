@@ -18,6 +18,7 @@ from conrod.engines.numerics import inverse_masses, iteration_matrix, poses_by_c
 from conrod.engines.pymunk import (
     PymunkSettings,
     _constraint_rows,
+    engine,
     error_bound,
     iterations_by_masses,
     translating_bodies,
@@ -244,3 +245,18 @@ def test_error_law_fails_without_the_rounding_of_weight(monkeypatch: pytest.Monk
     shares = shares_of_the_law("saw-40rpm", 1e-6, 400)
     assert shares["velocity"] > 1.0
     assert shares["acceleration"] > 10.0
+
+
+def test_kinematic_mode_iterates_on_where_few_do_not_close(monkeypatch: pytest.MonkeyPatch) -> None:
+    saw, angle = SCENES["saw-500rpm"], np.linspace(0.0, 0.5, 12)
+    exact, few = saw.kinematics.poses(angle), PYMUNK.solve_kinematics(saw, angle)
+    monkeypatch.setattr(engine, "_solve_in_few_iterations", lambda *_: None)
+    many = PYMUNK.solve_kinematics(saw, angle)
+    monkeypatch.undo()
+    for found in (few, many):
+        assert np.abs(found.poses - exact).max() < 1e-14
+        for name, (_, velocity) in found.points.items():
+            assert velocity == pytest.approx(many.points[name][1], abs=1e-13)
+    # Negative control: with too few of them the joints do not close, which is noticed.
+    monkeypatch.setattr(engine, "FEW_ITERATIONS", 2)
+    assert np.array_equal(PYMUNK.solve_kinematics(saw, angle).poses, many.poses)

@@ -198,9 +198,9 @@ def body_tracks(mechanism: Mechanism, at: SampleInstants, centres: Array, rates:
         changes[new] = (middle[1][new.start + 2 : new.stop + 2] - middle[1][new.start + 1 : new.stop + 1]) / at.step
     return BodyTracks(
         # Zeros that take no memory.
-        BodyStates(at.position, *here, np.broadcast_to(0.0, here[0].shape)),
-        BodyStates(at.velocity, *middle, np.broadcast_to(0.0, middle[0].shape)),
-        BodyStates(at.acceleration, *between, changes),
+        BodyStates(at.position, here[0], here[1], np.broadcast_to(0.0, here[0].shape)),
+        BodyStates(at.velocity, middle[0], middle[1], np.broadcast_to(0.0, middle[0].shape)),
+        BodyStates(at.acceleration, between[0], between[1], changes),
     )
 
 
