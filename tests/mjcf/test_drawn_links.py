@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import json
+
 import mujoco
 import numpy as np
 import pytest
 from four_bars import GRASHOF, four_bar, rocker_pin
 
+from conrod.comparison.plain_values import plain_values
 from conrod.mjcf.drawn_links import FRAMES, RunToDraw, draw_links
 from conrod.mjcf.link_sketch import MAX_LINKS
 from conrod.mjcf.loading import FoundPoint
 from conrod.mjcf.picture_planes import OBLIQUE_WORDS, view_of
 from conrod.report.drawing.moving_links import BAR, PIN, MovingLinks
+from conrod.report.folder import restore_findings
 
 
 def chain(links: int, axis: str = "0 1 0") -> mujoco.MjModel:
@@ -123,6 +127,18 @@ def test_judged_points_are_named_and_links_without_geoms_drawn() -> None:
     twice = draw_links(model, pose, [RunToDraw("run", "", 1.0, pose)], [sites["A"], sites["A"]])
     assert twice is not None
     assert len(twice.labels) == 1
+
+
+def test_picture_is_read_from_the_ledger_as_it_was_kept() -> None:
+    model = chain(2)
+    values = plain_values(drawn(model, own=swings(model)))
+
+    def is_restored(kept: str) -> bool:
+        return json.dumps(plain_values(restore_findings(MovingLinks, json.loads(kept)))) == kept
+
+    assert is_restored(json.dumps(values))
+    # Negative control: a number written in a way that its type does not have.
+    assert not is_restored(json.dumps({**values, "box": [float(one) for one in values["box"]]}))
 
 
 def test_nothing_is_drawn_of_what_cannot_move() -> None:

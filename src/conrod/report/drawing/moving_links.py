@@ -65,7 +65,7 @@ class MovingLinks:
 
     view: str
     reference: str
-    box: tuple[float, float, float, float]
+    box: tuple[int, int, int, int]
     shapes: tuple[LinkShape, ...]
     ground: tuple[LinkShape, ...]
     ground_points: Array
