@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -42,6 +43,39 @@ def test_init_refuses_a_folder_that_is_a_file(tmp_path: Path) -> None:
     (tmp_path / "x").write_text("", "utf-8")
     with pytest.raises(InvalidInput, match="it is a file"):
         conrod.begin_project(tmp_path / "x")
+
+
+def test_init_quotes_a_folder_with_a_space(tmp_path: Path) -> None:
+    place = tmp_path / "my machine"
+    said = CliRunner().invoke(cli, ["init", str(place)])
+    assert f"next: conrod validate '{place / 'mechanism.toml'}'" in said.output
+    assert f"next: pytest '{place / 'test_mechanism.py'}'," in said.output
+
+
+def test_init_that_fails_leaves_no_empty_folder(tmp_path: Path) -> None:
+    (tmp_path / "new").mkdir()
+    (tmp_path / "new" / ".github").write_text("", "utf-8")
+    with pytest.raises(OSError, match="Not a directory"):
+        conrod.begin_project(tmp_path / "new")
+    assert [path.name for path in tmp_path.rglob("*")] == ["new", ".github"]
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can make another's link")
+def test_init_writes_through_no_link_of_another_user(tmp_path: Path) -> None:
+    private, place = tmp_path / "private", tmp_path / "shared"
+    private.mkdir()
+    place.mkdir()
+    link = place / ".github"
+    link.symlink_to(private)
+    os.lchown(link, 1002, 1002)
+    with pytest.raises(InvalidInput, match=r"\.github is a link of another user \(uid 1002\)"):
+        conrod.begin_project(place)
+    assert [*private.iterdir()] == []
+    assert [*place.iterdir()] == [link]
+    # Negative control: one's own link is followed.
+    os.lchown(link, os.geteuid(), os.getegid())
+    conrod.begin_project(place)
+    assert (private / "workflows" / "physics.yml").is_file()
 
 
 @pytest.mark.slow  # two runs of pytest, in a project of its own

@@ -157,6 +157,20 @@ def test_urdf_is_read_and_what_it_loses_is_said(tmp_path: Path) -> None:
     assert "1 <transmission>: no actuator is made of it" in words
 
 
+@pytest.mark.parametrize("encoding", ["shift-jis", "klingon"])
+def test_urdf_in_an_encoding_that_python_lacks_is_inspected(encoding: str, tmp_path: Path) -> None:
+    """MuJoCo reads the file as bytes; what needs Python's parser is left out."""
+    found = inspected(f'<?xml version="1.0" encoding="{encoding}"?>{URDF}', tmp_path, "arm.urdf")
+    assert "1 body, 1 joint" in said(found, "load")
+    assert "from URDF" not in said(found, "load")
+
+
+def test_a_velocity_limit_that_is_a_macro_is_lost_too(tmp_path: Path) -> None:
+    for velocity, lost in (("${fast}", True), ("", False), ("0", False)):
+        found = inspected(URDF.replace('velocity="2"', f'velocity="{velocity}"'), tmp_path, "arm.urdf")
+        assert ("velocity limits of shoulder are lost" in said(found, "load")) is lost
+
+
 def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path, closed: Inspection) -> None:
     text = in_millimetres(CLOSED)
     typed = inspected(text, tmp_path)

@@ -16,6 +16,7 @@ from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput
 from conrod.mjcf.loading import check_model_path, list_names, load_model
 from conrod.mjcf.unit_of_length import convert_to_metres
+from conrod.mjcf.unknown_names import XML_ERRORS
 
 MAX_INCLUDES = 200  # files that are included, one in the other or side by side
 # Kinds of assets in a file, each with the folder that the compiler is given for it.
@@ -197,7 +198,7 @@ def _parse_without_plugins(path: Path, error: str, left_out: LeftOut) -> mujoco.
     """Parse a file without the plugins that MuJoCo lacks; None if it does not parse even so."""
     try:
         root = _expand_includes(ET.parse(path).getroot(), path.parent, [path])
-    except (ET.ParseError, OSError, ValueError):
+    except XML_ERRORS:
         return None
     for _ in range(len(list(root.iter("plugin")))):
         name = next((one for one in _plugin_names(root) if f"plugin {one} not found" in error), None)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from conrod.errors import unknown_choice
 
+# Errors of Python's XML parser, the last two of encodings that it lacks; MuJoCo reads such files as bytes.
+XML_ERRORS = (ET.ParseError, OSError, ValueError, LookupError)
 # What MuJoCo says of a name that no element has.
 UNKNOWN_NAME = re.compile(
     r"(?:transmission target|unknown element|unrecognized name) '([^']*)'|unknown transmission target '([^']*)'"
@@ -30,7 +32,7 @@ def unknown_name_words(path: Path, error: str) -> str:
     name = found[1] or found[2] or ""
     try:
         root = ET.parse(path).getroot()
-    except (ET.ParseError, OSError):
+    except XML_ERRORS:
         return ""
     for element in root.iter():
         for attribute, value in element.attrib.items():

@@ -34,8 +34,7 @@ def begin_project(folder: str | Path = ".") -> tuple[Path, ...]:
     batches = list[Batch]()
     for name, path in PLACES.items():
         target = place / path
-        target.parent.mkdir(parents=True, exist_ok=True)
         text = files("conrod.guide.init").joinpath("project", name).read_text("utf-8")
-        batches.append(Batch(target.parent.resolve(), {target.name: text}))
+        batches.append(Batch(target.parent, {target.name: text}))
     write_together(batches)
     return tuple(paths)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+
 import click
 
 from conrod.cli import options, say
@@ -17,6 +19,7 @@ def init(folder: str) -> None:
     from conrod.guide.init.api import begin_project
 
     mechanism, test, workflow = begin_project(folder)
-    say(f"{mechanism}: the machine, to be changed into yours; next: conrod validate {mechanism}")
-    say(f"{test}: its test; next: pytest {test}, whose first run writes the baselines")
+    validate, run = shlex.join(("conrod", "validate", str(mechanism))), shlex.join(("pytest", str(test)))
+    say(f"{mechanism}: the machine, to be changed into yours; next: {validate}")
+    say(f"{test}: its test; next: {run}, whose first run writes the baselines")
     say(f"{workflow}: the same on a build server")

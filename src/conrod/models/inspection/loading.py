@@ -13,6 +13,7 @@ import numpy as np
 from conrod.mjcf.equalities import equality_kind
 from conrod.mjcf.loading import check_finite, list_names, name_or_number
 from conrod.mjcf.missing_files import load_with_notes
+from conrod.mjcf.unknown_names import XML_ERRORS
 from conrod.models.inspection.results import InspectionRequest, Loading
 
 MAX_PART = 5.0  # [m]: longest part of a machine that is not asked about
@@ -125,7 +126,7 @@ def lost_in_translation(path: Path, model: mujoco.MjModel) -> Iterator[str]:
     }
     try:
         root = ET.parse(path).getroot()
-    except ET.ParseError:
+    except XML_ERRORS:
         return
     joints = root.findall("joint")
     yield "from URDF: no actuators, and no loops but of mimic joints; its root stands still without a floating joint"
@@ -136,11 +137,18 @@ def lost_in_translation(path: Path, model: mujoco.MjModel) -> Iterator[str]:
             name, leader = joint.get("name"), mimic.get("joint")
             made = f'<joint joint1="{name}" joint2="{leader}" polycoef="{offset} {factor} 0 0 0"/>'
             yield f"{name} does not follow {leader}: <equality>{made}</equality> in MJCF makes it"
-    fast = [
-        joint.get("name", "") for joint in joints for one in joint.findall("limit") if float(one.get("velocity") or 0)
-    ]
+    fast = [joint.get("name", "") for joint in joints for one in joint.findall("limit") if _limits_velocity(one)]
     if fast:
         yield f"velocity limits of {list_names(fast, 4)} are lost: MuJoCo has none; effort limits bound its actuators"
     for tag, words in LOST_ELEMENTS.items():
         if count := len(list(root.iter(tag))):
             yield f"{count} <{tag}>: {words}"
+
+
+def _limits_velocity(limit: ET.Element) -> bool:
+    """True if a joint's limit has a velocity, be it one that a macro was to fill in."""
+    velocity = limit.get("velocity") or "0"
+    try:
+        return float(velocity) != 0.0
+    except ValueError:
+        return True
