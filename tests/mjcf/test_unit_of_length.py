@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import mujoco
 import numpy as np
 import pytest
@@ -95,9 +98,26 @@ def test_controls_of_servos_along_slides_are_lengths() -> None:
     found = controls_in_metres(model, given, 1e-3)
     assert found == (("turn", 2.0), ("push", 0.002), ("pace", 0.002), ("lift", 2.0), ("4", 0.002), ("none", 2.0))
     assert controls_in_metres(model, given, 1.0) == given
+    assert controls_in_metres(model, given[1:2], 2.0) == (("push", 4.0),)
 
 
 def test_unit_of_a_model_with_muscles_is_refused() -> None:
     text = machine(1000.0).replace("</actuator>", '<muscle name="m" joint="crank"/></actuator>')
     with pytest.raises(InvalidInput, match="--unit: it has muscles"):
         convert_to_metres(mujoco.MjModel.from_xml_string(text.replace('ctrl="', 'act="0" ctrl="0 ')), 1e-3)
+
+
+def test_all_parts_that_are_not_converted_are_named() -> None:
+    # Of arrays that a release of MuJoCo lacks a model uses none.
+    model: Any = SimpleNamespace(
+        nflex=1, nplugin=2, actuator_gaintype=np.array([int(mujoco.mjtGain.mjGAIN_MUSCLE), 0]),
+        actuator_biastype=np.array([0, int(mujoco.mjtBias.mjBIAS_USER)]),
+        geom_fluid=np.array([0.0, 0.5]), dof_dampingpoly=np.zeros((2, 2)),
+    )  # fmt: skip
+    with pytest.raises(InvalidInput) as refused:
+        convert_to_metres(model, 1e-3)
+    assert str(refused.value) == (
+        "--unit: it has flexes, plugins, muscles, actuators of a user's own kind, geom_fluid, which are not converted "
+        "to metres"
+    )
+    convert_to_metres(model, 1.0)

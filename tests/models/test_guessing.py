@@ -59,6 +59,23 @@ def test_an_unknown_place_of_a_point_is_asked_for(tmp_path: Path) -> None:
         find_names(file, meant(), None, {})
 
 
+@pytest.mark.parametrize(("joint", "asked"), [
+    ('<joint name="slide" type="slide"/>', "say which joint of the model is driven: --crank JOINT; it has no hinge on "
+     "the ground"),
+    ('<joint name="turn"/>', "say where an observed point of the scene is: --point P=body:NAME, for one of arm, hand"),
+])  # fmt: skip
+def test_what_a_model_lacks_is_said_where_names_tell_nothing(joint: str, asked: str, tmp_path: Path) -> None:
+    file = tmp_path / "arm.xml"
+    file.write_text(
+        f'<mujoco><worldbody><body name="arm">{joint}<geom size="0.1" mass="1"/><body name="hand"><geom size="0.1" '
+        'mass="1"/></body></body></worldbody></mujoco>',
+        encoding="utf-8",
+    )
+    with pytest.raises(InvalidInput) as refused:
+        find_names(file, meant(), None, {})
+    assert str(refused.value) == asked
+
+
 @pytest.mark.usefixtures("at_once")
 def test_a_short_coupler_is_named_without_more_options() -> None:
     done = conrod("check", str(CASES / "four-bar-short.xml"), "--scene", str(CASES / "anchor-apart-meant.toml"))
