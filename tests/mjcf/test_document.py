@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from conrod.errors import InvalidInput
 from conrod.mjcf.document import Document, first_difference
 
 ARM = '<body name="arm"><joint name="turn"/><geom size="0.1" mass="1"/></body>'
@@ -52,3 +53,13 @@ def test_model_is_compared_with_its_text_in_another_folder(tmp_path: Path) -> No
         assert "part.xml" in missing
         assert "\n" not in missing
     assert document.compile_with(edits).opt.timestep == 0.001
+
+
+def test_model_that_is_not_that_of_its_text_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "model.xml"
+    file.write_text(MODEL, encoding="utf-8")
+    heavier = mujoco.MjModel.from_xml_string(MODEL.replace('mass="1"', 'mass="2"'))
+    monkeypatch.setattr("conrod.mjcf.document.load_model", lambda _: heavier)
+    with pytest.raises(InvalidInput) as refused:
+        Document(file)
+    assert str(refused.value) == f"{file}: compiled from its text it is another model (body_inertia)"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from conrod.comparison.other_forces import CONTACT
 from conrod.comparison.trajectory import Outcome
@@ -19,7 +19,7 @@ def settings_words(study: LoopStudy) -> str:
     if (best := search.best) is None:
         least, most = (f"{quantity(1e3 * step)} ms" for step in search.steps)
         said = f"None of the settings that were tried holds {asked}: {', '.join(search.names)}, in steps of"
-        nearest = "" if search.nearest is None else f"; nearest: {_trial_words(study, search.nearest)}"
+        nearest = "" if search.nearest is None else f"; nearest: {_trial_words(study, search.nearest, search.allowed)}"
         return f"{said} {least} to {most}{nearest}."
     cost = f"at {measured_text(best.cost)} times the cost of its own settings"
     times = (
@@ -29,7 +29,7 @@ def settings_words(study: LoopStudy) -> str:
     why = "its actuators bear none" if search.borne else f"the motion would have fewer than {FEWEST_STEPS}"
     beyond = f"; no larger step was tried: {why}"
     if search.coarser is not None:
-        beyond = f"; {_trial_words(study, search.coarser)}"
+        beyond = f"; {_trial_words(study, search.coarser, search.allowed)}"
         if search.coarser.is_within(search.allowed) and search.coarser_shipped is not None:
             beyond = (
                 f"; with a step of {quantity(1e3 * search.coarser.timestep)} ms and its own actuators it "
@@ -44,12 +44,12 @@ def settings_words(study: LoopStudy) -> str:
     return f"{said} With these and its own actuators the file {shipped_words(search.shipped)}.{contacts}"
 
 
-def _trial_words(study: LoopStudy, run: LoopRun) -> str:
-    """Describe a run: its settings, and each error that exceeds its tolerance."""
+def _trial_words(study: LoopStudy, run: LoopRun, allowed: Mapping[str, float]) -> str:
+    """Describe a run: its settings, and each error that exceeds what is allowed."""
     settings = f"{run.label} with a step of {quantity(1e3 * run.timestep)} ms"
     if run.outcome is not Outcome.COMPLETED:
         return f"{settings} ended as {run.outcome.slug}: {run.reason}"
-    over = run.exceeded_limits(study.search.allowed if study.search else {})
+    over = run.exceeded_limits(allowed)
     return f"{settings} leaves " + ", ".join(
         f"{'loops open' if name == LOOPS else name} {with_share(study, name, found)}"
         for name, (found, _) in over.items()
