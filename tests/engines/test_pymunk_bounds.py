@@ -20,6 +20,7 @@ from conrod.engines.pymunk import ITERATION_ERROR_SHARE, PymunkSettings, error_b
 from conrod.engines.pymunk.dynamics import point_tracks, sample_instants
 from conrod.engines.pymunk.engine import PYMUNK_ENGINE
 from conrod.engines.pymunk.error_bound import (
+    _point_lags,
     expected_error,
     first_sample_errors,
     largest_lags,
@@ -301,3 +302,28 @@ def test_loaded_follower_falls_by_weight_preload_and_spring() -> None:
     position, velocity = cam_law(machine, settings, falls)
     found = expected_error(machine, settings)
     assert (found.position, found.velocity_rms) == pytest.approx((position, velocity), rel=1e-9)
+
+
+def test_lag_of_the_acceleration_is_the_rate_of_that_of_the_velocity() -> None:
+    """Lags of a point that turns with its body, whose centre and angle are polynomials, number by number."""
+    x, y = np.polynomial.Polynomial([0.1, 0.3, -0.2, 0.5, 0.7]), np.polynomial.Polynomial([0.0, -0.4, 0.6, 0.1, -0.3])
+    angle = np.polynomial.Polynomial([0.2, 0.8, 0.5, -0.3, 0.4])
+
+    def lags(at: float) -> tuple[Any, Any, Any]:
+        turns = [np.array([[angle.deriv(k)(at) if k else angle(at)]]) for k in range(5)]
+        centre = [np.array([[one.deriv(k)(at) if k else one(at) for one in (x, y)]]) for k in range(5)]
+        side = 0.3 * np.array([[np.cos(turns[0][0, 0]), np.sin(turns[0][0, 0])]])
+        return _point_lags(centre, [centre[0] + side, *(np.full((1, 2), 24.0 * k) for k in range(1, 5))], turns)
+
+    before, after = lags(0.5 - 1e-5)[1], lags(0.5 + 1e-5)[1]
+    # A central difference of positions lags by a 24th of their fourth derivative, 96 here.
+    assert lags(0.5)[2] == pytest.approx((after - before) / 2e-5 - 96.0 / 24.0, rel=1e-8)
+    # By hand: centre 2, 3 and 4, angle 2, 3, 5 and 7 with their derivatives, a metre from the centre.
+    values = [np.array([[float(k), 0.0]]) for k in (0, 0, 2, 3, 4)]
+    turns = [np.array([[float(k)]]) for k in (0, 2, 3, 5, 7)]
+    position, velocity, acceleration = _point_lags(
+        values, [np.array([[1.0, 0.0]])] * 4 + [np.array([[48.0, 24.0]])], turns
+    )
+    assert position == pytest.approx(np.array([[1.0, 1.5]]))
+    assert velocity == pytest.approx(np.array([[11.0 / 8.0 - 9.0 / 4.0, 55.0 / 24.0]]))
+    assert acceleration == pytest.approx(np.array([[-11.0 / 4.0 - 57.0 / 8.0 - 2.0, 77.0 / 24.0 - 9.0 / 2.0 - 1.0]]))

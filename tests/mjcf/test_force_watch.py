@@ -164,6 +164,8 @@ def test_acceleration_that_tendons_lack_is_that_of_their_gap() -> None:
     # This release of MuJoCo computes none of it.
     assert _missing_acceleration(model, data, 0, 0) == pytest.approx(abs(expected), rel=1e-3)
     assert abs(expected) > 1.0
+    data.qvel[:] = 0.0
+    assert [_length_curvature(model, data, k) for k in range(2)] == [0.0, 0.0]  # nothing changes at rest
 
 
 @pytest.mark.parametrize("tilt", [0.0, 0.3])

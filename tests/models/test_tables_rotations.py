@@ -87,9 +87,9 @@ def test_slip_of_links_is_named_as_the_cause(exported: dict[str, Array], tmp_pat
 
 
 def test_another_line_of_the_link_is_named_with_its_angle(exported: dict[str, Array], tmp_path: Path) -> None:
-    study = judge(exported | {"angle_rod [rad]": exported["angle_rod [rad]"] + math.radians(180.0)}, tmp_path)
+    study = judge(exported | {"angle_rod [rad]": exported["angle_rod [rad]"] + math.radians(90.0)}, tmp_path)
     assert [cause.kind for cause in study.causes] == ["link angle zero"]
-    assert study.causes[0].text.endswith("rod by 180 deg")
+    assert study.causes[0].text.endswith("rod by 90 deg")
 
 
 def test_limit_on_rotation_is_refused_without_a_column(exported: dict[str, Array], tmp_path: Path) -> None:

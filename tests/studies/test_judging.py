@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,14 @@ from conrod.comparison.plain_values import plain_values
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KinematicResult
-from conrod.engines.engine import Machine, run_extent
+from conrod.engines.engine import Machine, default_steps, run_extent
 from conrod.exact.motion import QUANTITIES, Array
-from conrod.execution.case import CACHE_VERSION, SIZES, Case, identity_digest, pursue
+from conrod.execution.case import CACHE_VERSION, SIZES, Case, ResultsOfRounds, identity_digest, pursue
 from conrod.execution.releases import VersionCase
-from conrod.execution.result import AS_ASKED, Plan, presets_study, refinement_path, run_refinement_path
+from conrod.execution.result import AS_ASKED, Plan, SceneResults, presets_study, refinement_path, run_refinement_path
 from conrod.execution.results_table import tidy_row
 from conrod.execution.run import RunCase, RunResult
+from conrod.execution.tolerances import UnscaledLimit
 from conrod.scenes import SCENES, scene_named
 from conrod.studies.ablate.study import CostCase
 from conrod.studies.forces.results import ForceErrors, ForceResult
@@ -33,7 +35,7 @@ from conrod.studies.free_motion.results import ExactSummary, MotionResult
 from conrod.studies.free_motion.study import MotionCase
 from conrod.studies.limits.case import LimitCase
 from conrod.studies.validation.kinematic_mode import validate_kinematic
-from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult
+from conrod.studies.validation.results import DefectVerdict, Qualification, Tolerance, ValidationResult, empty_result
 from conrod.studies.validation.study import ValidationCase
 
 SAW: Any = SCENES["saw-40rpm"]
@@ -102,6 +104,16 @@ def test_worst_point_decides_and_nan_is_the_worst() -> None:
         for first, second in ((size, wrong), (wrong, size)):
             errors = {"A": {"position": first}, "B": {"position": second}}
             assert result({}, errors=errors).with_verdict().passed is False
+
+
+def test_errors_of_links_and_points_are_judged_by_their_weights() -> None:
+    turned = {"rod": {"rotation": {"max": 3e-7}}, "crank": {"angular_velocity": {"max": 9.0}}}
+    found = result({"position": 8e-7}, links=turned, weights={"position": {"A": 2.0}, "rotation": {"rod": 5.0}})
+    assert found.judged_points("rotation") == {"rod": pytest.approx(15e-7)}
+    assert found.judged_points("position") == {"A": pytest.approx(16e-7)}
+    assert found.judged_points("velocity") == {}
+    assert found.with_verdict().passed is False
+    assert replace(found, weights=None).with_verdict().passed is True
 
 
 def test_each_quantity_is_held_to_its_own_tolerance() -> None:
@@ -218,6 +230,44 @@ def test_a_study_that_needs_no_run_has_its_findings() -> None:
         yield []
 
     assert pursue([study()], lambda cases: {}) == ["found"]
+
+
+def test_each_result_is_of_the_round_that_made_it() -> None:
+    found = ResultsOfRounds({"a": {"a": 1, "b": 2}, "b": {"b": 3}})
+    assert dict(found) == {"a": 1, "b": 3}
+    assert len(found) == 2
+
+
+@pytest.mark.parametrize(("verdicts", "passed"), [
+    ((), True), ((True, None), True), ((None,), True), ((True, False), False), ((False,), False),
+])  # fmt: skip
+def test_a_scene_passes_unless_a_judged_result_fails(verdicts: tuple[bool | None, ...], passed: bool) -> None:
+    results: Any = tuple(SimpleNamespace(passed=one) for one in verdicts)
+    assert SceneResults("saw", SAW, results).passed is passed
+
+
+def test_run_has_the_extent_of_its_plan_or_of_a_pass() -> None:
+    assert Plan(revolutions=3.0).extent(SAW) == (0.0, 3.0)
+    swing = scene_named("swinging-four-bar")
+    assert Plan().extent(swing) == run_extent(swing, default_steps(swing), 2.0)
+    with pytest.raises(InvalidInput, match=r"10 steps per revolution are \d+ of the pass: at least \d+ are run"):
+        Plan(10).extent(swing)
+
+
+def test_result_without_measurements_says_what_was_asked() -> None:
+    engine, plan = engine_named("mujoco"), Plan(500, 3.0)
+    dynamic = empty_result("saw", SAW, engine, "tuned", plan)
+    assert (dynamic.mode, dynamic.preset, dynamic.steps_per_revolution, dynamic.revolutions) == (
+        "dynamic", "tuned", 500, 3.0,
+    )  # fmt: skip
+    kinematic = empty_result("saw", SAW, engine, None, plan)
+    assert (kinematic.mode, kinematic.preset, kinematic.steps_per_revolution, kinematic.revolutions) == (
+        "kinematic", None, None, 1.0,
+    )  # fmt: skip
+    for one in (dynamic, kinematic):
+        assert (one.scene, one.parameters, one.engine, one.engine_version, one.errors) == (
+            "saw", SAW.parameters, "mujoco", engine.version, None,
+        )  # fmt: skip
 
 
 # -- keys --------------------------------------------------------------------------------------------------------------
@@ -371,6 +421,9 @@ def test_kept_result_takes_name_and_tolerances_of_the_request() -> None:
     assert (strict.scene, strict.parameters, strict.passed) == ("mine", SAW.parameters, False)
     loose = replace(asked, plan=replace(KEPT.plan, tolerance={"position": 1.0}))
     assert loose.requested_result(strict).passed is True
+    for metres, passed in ((1.0, True), (1e-12, False)):
+        limit = {"position": UnscaledLimit(metres, is_share=False)}
+        assert replace(asked, plan=replace(KEPT.plan, tolerance=limit)).requested_result(found).passed is passed
     assert KEPT.requested_result(found) == found
     ended = asked.requested_result(asked.failed_result(Outcome.CRASHED, "signal 11"))
     assert (ended.outcome, ended.reason, ended.passed) == ("crashed", "signal 11", False)

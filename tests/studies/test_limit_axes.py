@@ -151,7 +151,9 @@ def test_declaration_orders_are_spread_evenly_and_end_reversed() -> None:
     assert axis.values(case_of(CAM, preset="tuned")) == tuple(range(12))
     numbers = axis.values(case_of())
     assert len(numbers) == 24
-    first, *_, last = (axis.case(case_of(), number).declared_mechanism for number in numbers)
+    setup = case_of()
+    assert axis.value_text(setup, 0) == "crank, rod, slider; " + ", ".join(one.name for one in SAW.mechanism().joints)
+    first, *_, last = (axis.case(setup, number).declared_mechanism for number in numbers)
     mechanism = SAW.mechanism()
     assert first == mechanism
     assert last == replace(mechanism, bodies=mechanism.bodies[::-1], joints=mechanism.joints[::-1])
