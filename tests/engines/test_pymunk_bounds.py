@@ -304,7 +304,7 @@ def test_loaded_follower_falls_by_weight_preload_and_spring() -> None:
     assert (found.position, found.velocity_rms) == pytest.approx((position, velocity), rel=1e-9)
 
 
-def test_lag_of_the_acceleration_is_the_rate_of_that_of_the_velocity() -> None:
+def test_lag_of_the_acceleration_is_the_rate_of_the_velocitys() -> None:
     """Lags of a point that turns with its body, whose centre and angle are polynomials, number by number."""
     x, y = np.polynomial.Polynomial([0.1, 0.3, -0.2, 0.5, 0.7]), np.polynomial.Polynomial([0.0, -0.4, 0.6, 0.1, -0.3])
     angle = np.polynomial.Polynomial([0.2, 0.8, 0.5, -0.3, 0.4])

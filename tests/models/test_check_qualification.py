@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from own_model_edits import TEXTS, judge_text, replace_once
 
+from conrod.models.check import qualification
 from conrod.models.check.report import qualification_table
 from conrod.models.check.results import ModelStudy
 from conrod.report.table import cell_text
@@ -60,3 +63,24 @@ def test_check_that_notices_nothing_is_no_verdict(tmp_path: Path) -> None:
 def test_model_that_fails_has_no_planted_defects(tmp_path: Path) -> None:
     wrong = replace_once(SAW, 'name="slider-pin.rod" pos="0.3 0 0"', 'name="slider-pin.rod" pos="0.31 0 0"')
     assert judge_text(tmp_path, "saw", wrong, qualify=True).qualified is None
+
+
+def test_of_several_places_the_least_noticed_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    def places(**sizes: float) -> Any:
+        return lambda *_: [(name, partial(noticed_from, size)) for name, size in sizes.items()]
+
+    def noticed_from(size: float, share: float) -> tuple[str, ...]:
+        return ("paths",) if abs(share) >= size else ()
+
+    monkeypatch.setattr(qualification, "_length_places", places(rod=1e-6, crank=2e-5, offset=3e-6))
+    monkeypatch.setattr(qualification, "_mass_places", places(rod=1e-3, crank=0.2, slider=1e-4))
+    monkeypatch.setattr(qualification, "_speed_places", places())
+    found: Any = None
+    length, mass = qualification.qualify_check(found, found, found, found).motion
+    assert (length.defect, length.unit, length.where, length.size, length.by) == (
+        "length", "%", "crank", 1e-4, ("paths",),
+    )  # fmt: skip
+    assert length.smallest == pytest.approx(2e-5, rel=0.5)
+    # A mass of the crank that is a hundredth off is not noticed.
+    assert (mass.defect, mass.where, mass.size, mass.by, mass.visible) == ("mass", "crank", 1e-2, (), True)
+    assert mass.smallest == pytest.approx(0.2, rel=0.5)

@@ -86,6 +86,13 @@ def test_slip_of_links_is_named_as_the_cause(exported: dict[str, Array], tmp_pat
     assert [cause.text[: len(words)] for cause in study.causes] == [words]
 
 
+def test_speeds_of_links_alone_are_told_from_rpm(exported: dict[str, Array], tmp_path: Path) -> None:
+    alone = {name: own for name, own in exported.items() if name.split(" ")[0] not in ROD or "omega" in name}
+    study = judge(changed(alone, omega_rod=30.0 / math.pi), tmp_path, {"angular_velocity": 1e-6})
+    words = "links' angular velocities are 9.5493 times too large: rpm taken for rad/s"
+    assert [cause.text for cause in study.causes] == [words]
+
+
 def test_another_line_of_the_link_is_named_with_its_angle(exported: dict[str, Array], tmp_path: Path) -> None:
     study = judge(exported | {"angle_rod [rad]": exported["angle_rod [rad]"] + math.radians(90.0)}, tmp_path)
     assert [cause.kind for cause in study.causes] == ["link angle zero"]

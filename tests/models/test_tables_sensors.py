@@ -12,7 +12,7 @@ from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod.exact.motion import Array
 from conrod.models.tables.errors import TableComparison
-from conrod.models.tables.sensors import _offset
+from conrod.models.tables.sensors import _crank_speed, _offset, _speed_error
 from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw
 
@@ -82,6 +82,20 @@ def test_positions_off_by_another_origin_are_no_sensors_fault() -> None:
 
 def other_speed() -> Columns:
     return exact_table(Saw(speed=1.025 * SAW.speed), ("position",), crank=True)
+
+
+@pytest.mark.parametrize(("factor", "quantity", "crank", "share"), [
+    (1.025, "position", True, 0.025), (1.025, "position", False, 0.025),
+    (1.3, "position", True, 0.3),  # beyond a fifth it is another unit
+    (3.0, "position", False, 0.0),  # too far for positions
+    (1.025, "velocity", False, 0.0),  # neither angle nor positions
+])  # fmt: skip
+def test_speed_of_the_crank_is_that_of_its_angle_or_positions(
+    factor: float, quantity: str, crank: bool, share: float
+) -> None:
+    table = TableComparison(exact_table(Saw(speed=factor * SAW.speed), (quantity,), crank=crank), SAW)
+    assert _speed_error(table) == pytest.approx(share * SAW.speed, rel=1e-6, abs=0.0)
+    assert len(list(_crank_speed(table))) == (0.0 < share < 0.2)
 
 
 def test_a_crank_at_another_speed_is_named_with_both(tmp_path: Path) -> None:
