@@ -178,6 +178,7 @@ def interpreter_in(environment: Path) -> Path:
 
 # Exit status after a signal that a kernel short of memory, a batch system or a person sends; engines do not send them.
 EXTERNAL_KILLS = {-getattr(signal, "SIGKILL", 9), -signal.SIGTERM}
+MAX_ROUNDS = 5  # of looking for processes to kill: one may fork while the others are looked at
 
 
 def popen_arguments(connection: int) -> dict[str, Any]:
@@ -221,6 +222,35 @@ def kill_group(process: int) -> None:
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process, signal.SIGKILL)
+
+
+def kill_marked(mark: str) -> None:
+    """Kill all other processes that began with a mark, `NAME=value`, in their environment; Linux alone shows it.
+
+    A process that an engine starts in a session of its own is in no group of a worker, but has its environment.
+    """
+    for _ in range(MAX_ROUNDS):
+        # One that cannot be read is another user's, or has ended.
+        found = [one for one in _process_ids() if one != os.getpid() and mark.encode() in _first_environment(one)]
+        for process in found:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(process, signal.SIGKILL)
+        if not found:
+            return
+
+
+def _process_ids() -> list[int]:
+    """Return the numbers of all processes, where the system lists them as files."""
+    with suppress(OSError):
+        return [int(name) for name in os.listdir("/proc") if name.isdecimal()]
+    return []
+
+
+def _first_environment(process: int) -> list[bytes]:
+    """Return the variables, `NAME=value`, that a process began with; none if they cannot be read."""
+    with suppress(OSError):
+        return Path(f"/proc/{process}/environ").read_bytes().split(b"\0")
+    return []
 
 
 def end_own_group() -> None:

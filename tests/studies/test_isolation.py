@@ -57,7 +57,7 @@ def test_a_mistake_under_a_memory_limit_is_a_mistake() -> None:
 # -- what an engine or an FMU forks ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("how", [pytest.param("fork", marks=pytest.mark.slow), "exec", "double fork"])
+@pytest.mark.parametrize("how", [pytest.param("fork", marks=pytest.mark.slow), "exec", "double fork", "session"])
 def test_call_that_forks_and_aborts_leaves_no_process(how: str, tmp_path: Path) -> None:
     begun, note = time.monotonic(), tmp_path / "pids"
     with LocalProcesses(1, timeout=60.0) as executor, pytest.raises(WorkerDied, match="ended by signal SIGABRT"):

@@ -299,8 +299,9 @@ def wrong_value(megabytes: int) -> RunResult:
 
 def fork_and_abort(how: str, note: str) -> None:
     """Leave a process behind that holds all that this one has open, and abort."""
-    if how == "exec":
-        left = subprocess.Popen(["sleep", "600"], close_fds=False).pid
+    execs = how in ("exec", "session")
+    if execs:
+        left = subprocess.Popen(["sleep", "600"], close_fds=False, start_new_session=how == "session").pid
     else:
         left = os.fork()
         if left == 0:
@@ -309,9 +310,9 @@ def fork_and_abort(how: str, note: str) -> None:
             Path(note + ".own").write_text(str(os.getpid()))
             while True:
                 time.sleep(1.0)
-    while how != "exec" and not (Path(note + ".own").exists() and Path(note + ".own").read_text()):
+    while not execs and not (Path(note + ".own").exists() and Path(note + ".own").read_text()):
         time.sleep(0.01)
-    Path(note).write_text(str(left) if how == "exec" else Path(note + ".own").read_text())
+    Path(note).write_text(str(left) if execs else Path(note + ".own").read_text())
     os.abort()
 
 

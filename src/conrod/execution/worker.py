@@ -22,11 +22,13 @@ from conrod.engines.plugin_values import EngineFault, error_line
 from conrod.errors import InvalidInput, portable
 from conrod.execution.case import Case, CaseResult
 from conrod.execution.local import FailedCall
+from conrod.execution.worker_process import MARK
 from conrod.scenes import Scene
 from conrod.system import (
     address_space_limit,
     end_own_group,
     inherited_connection,
+    kill_marked,
     limit_address_space,
     used_address_space,
 )
@@ -109,6 +111,7 @@ def _receive_calls(owner: Connection, calls: SimpleQueue[bytes]) -> None:
         try:
             calls.put(owner.recv_bytes())
         except (EOFError, OSError):
+            kill_marked(f"{MARK}={os.environ.get(MARK)}")
             end_own_group()
 
 

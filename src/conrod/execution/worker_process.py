@@ -11,6 +11,7 @@ import codecs
 import mmap
 import os
 import pickle
+import secrets
 import signal
 import subprocess
 import sys
@@ -26,11 +27,12 @@ from typing import IO, Any, TypeVar
 from conrod import ONE_THREAD, SAFE_PATH
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import COMMANDING_CHARACTERS, InvalidInput
-from conrod.system import EXTERNAL_KILLS, address_space_limit, kill_group, popen_arguments
+from conrod.system import EXTERNAL_KILLS, address_space_limit, kill_group, kill_marked, popen_arguments
 
 Result = TypeVar("Result")
 
 POLL_INTERVAL = 0.1  # [s], between two looks whether a process still runs
+MARK = "CONROD_WORKER"  # variable that only a worker and what is started in it have, with the worker's own value
 END_TIMEOUT = 5.0  # [s], for a process to end after its connection has closed
 # Spaces that an engine prints into the connection read as a message length of 0x20202020, which is larger.
 MAX_MESSAGE_BYTES = 1 << 29
@@ -102,7 +104,7 @@ class WorkerProcess:
         Raises:
             InvalidInput: the system cannot start the process.
         """
-        self._limits = limits
+        self._limits, self._mark = limits, secrets.token_hex(8)
         self._pipe, theirs = Pipe()
         before, behind = (import_path(), []) if interpreter is None else ([], import_path())
         interpreter = sys.executable if interpreter is None else interpreter
@@ -119,7 +121,7 @@ class WorkerProcess:
                 # Text that an engine prints is no output of the command, and must not command a terminal.
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before)},
+                env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before), MARK: self._mark},
                 **popen_arguments(theirs.fileno()),
             )
         except OSError as error:
@@ -176,14 +178,15 @@ class WorkerProcess:
         self._process.kill()
 
     def end(self) -> None:
-        """Kill the process, wait for its end and close its connection.
+        """Kill the process and all that it has started, wait for its end and close its connection.
 
         To be called in the thread that calls the worker, which alone reads the connection.
         """
         self.kill()
         self._process.wait()
+        kill_marked(f"{MARK}={self._mark}")
         self._pipe.close()
-        # A forked process that has left the group may hold the output open.
+        # A forked process that has left the group, and cleared its environment, may hold the output open.
         self._relay.join(POLL_INTERVAL)
 
     def _wait_for_message(self, timeout: float | None) -> bool:
