@@ -15,7 +15,7 @@ from four_bars import GRASHOF, driven, four_bar, start_angles
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
-from conrod.exact.space.motion import NO_FURTHER
+from conrod.exact.space.motion import NO_FURTHER, DrivenTree
 from conrod.mjcf.anchors import PartsApart
 from conrod.mjcf.causes import add_causes_to_errors, append_causes, describe_closures
 from conrod.mjcf.differences import compare_with_machine, list_differences
@@ -159,6 +159,22 @@ def test_joints_outside_ranges_are_named_and_moved_inside() -> None:
     assert not is_folded(machine, inside)
     plain = driven(four_bar(frame=""), {"crank": "60rpm"}, 0.01)
     assert outside_words(plain.tree, "its own pose") == ""
+
+
+def test_nearest_pose_inside_moves_what_must_move_alone() -> None:
+    """The leg's swing and its ankle are inside their ranges, and no length of the leg asks anything of them."""
+    model = mujoco.MjModel.from_xml_path(str(CASES / "folded-leg.xml"))
+    machine = DrivenTree(tree_of(model, model.qpos0), {})
+    inside = closed_pose_inside(machine)
+    assert inside is not None
+    swing, length, ankle, femur, knee = inside[:, 0]
+    assert [swing, ankle] == pytest.approx([0.0, 0.0], abs=1e-9)
+    # Thigh and shin of 0.36 m form an isosceles triangle; its shape is the one nearest to the ends of the ranges.
+    shapes = np.radians(np.linspace(10.0, 75.0, 200_001))
+    turns = (shapes - np.radians(10.0)) ** 2 + (2.0 * shapes - np.pi + np.radians(10.0)) ** 2
+    nearest = shapes[int(np.argmin((0.72 * np.cos(shapes) - 0.12) ** 2 + 0.36**2 * turns))]
+    assert [femur, knee] == pytest.approx([nearest, 2.0 * nearest - np.pi], abs=1e-5)
+    assert length == pytest.approx(0.72 * np.cos(femur), abs=1e-12)
 
 
 SLIDER_CRANK = """<mujoco><worldbody>

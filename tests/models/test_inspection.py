@@ -340,7 +340,7 @@ def test_a_start_outside_ranges_has_a_pose_inside(tmp_path: Path, judged: None) 
     assert "its own pose has length at 0 m, outside its range 0.12 to 0.68 m" in words
     assert found.closing.start.inside in next_step(found)
     # The drive begins in the pose inside, too.
-    assert found.drives["length"].startswith("move:352mm")
+    assert found.drives["length"].startswith("move:192.8mm")
     assert "its start is folded: the motion starts from the nearest closed pose" in said(found, "exact")
     assert found.motion is not None
     assert "femur at 0 deg" in found.motion.moved_start

@@ -82,7 +82,7 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
         error = TooManyDrivesError(f"{loops}, which leaves {left}; {much}: {can}")
         error.stuck = driven <= over
         raise error
-    left_free = _null_space(matrix[:, driven:])
+    left_free = null_space(matrix[:, driven:])
     number, missing = drives_to_add(machine, found, left_free) if left_free.shape[1] else (0, [])
     if not number:
         return
@@ -189,10 +189,10 @@ def _rank(matrix: Array) -> int:
 
 def free_directions(machine: DrivenTree, coordinates: Array) -> Array:
     """Basis (free, k) of the motions that closures allow at a pose (nq, 1) with its drives held."""
-    return _null_space(machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates)))
+    return null_space(machine.scaled_jacobian(forward_kinematics(machine.tree, coordinates)))
 
 
-def _null_space(matrix: Array) -> Array:
+def null_space(matrix: Array) -> Array:
     """Basis of a matrix's null space, as columns."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
