@@ -15,6 +15,7 @@ import pytest
 from four_bars import four_bar, in_millimetres
 from handmade_studies import loop_study
 
+from conrod.comparison.other_forces import LIMIT, SPRING, OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.mjcf.crank_speed import CrankSpeed
@@ -401,6 +402,39 @@ def test_a_crank_that_cannot_turn_swings_and_says_why() -> None:
     drives, reason = chosen("four-bar-short.xml")
     assert drives == {"crank": "sine:20deg,1Hz"}
     assert reason.startswith("driven by crank=60rpm: it goes no further than with crank at 127.95 deg")
+
+
+def test_a_chosen_drive_keeps_limits_of_joints_and_tendons() -> None:
+    rope = '<tendon><spatial name="rope" limited="true" range="0 {}"><site site="P"/><site site="post"/></spatial>'
+    post = CLOSED.replace("<worldbody>", '<worldbody><site name="post" pos="0.35 0.25 0"/>')
+    rocker = '<joint name="rocker" axis="0 0 1"'
+    for text, left in (
+        (post.replace("<equality>", f"{rope.format(0.25)}</tendon><equality>"), "tendon rope"),
+        (CLOSED.replace(rocker, f'{rocker} limited="true" range="-0.5 0.5"'), "rocker"),
+        (post.replace("<equality>", f"{rope.format(2.5)}</tendon><equality>"), ""),
+    ):
+        model = mujoco.MjModel.from_xml_string(text)
+        drives, reason = choose_drives(model, model.qpos0)
+        assert drives == {"crank": "sine:20deg,1Hz" if left else "60rpm"}
+        assert reason == (f"driven by crank=60rpm: {left} would leave its limits" if left else "")
+
+
+def test_a_limit_that_acts_in_a_driven_run_is_named(closed: Inspection) -> None:
+    assert closed.motion is not None
+    limit = OtherForce(LIMIT, "tendon rope", 1600.0, "N")
+    own, *others = closed.motion.runs
+    met = replace(closed, motion=replace(closed.motion, runs=(replace(own, acting=(limit,)), *others)))
+    assert "at its own settings, with the limit of tendon rope in its way." in finding(met)
+    assert "what acts besides its loops: the limit of tendon rope (up to 1.6e+03 N); the exact" in said(met, "exact")
+    # Negative control: a spring is no obstacle.
+    spring = replace(limit, kind=SPRING)
+    sprung = replace(closed, motion=replace(closed.motion, runs=(replace(own, acting=(spring,)), *others)))
+    assert finding(sprung) == finding(closed)
+
+
+def test_a_model_whose_only_closure_is_inactive_says_so_first(tmp_path: Path) -> None:
+    found = inspected(CLOSED.replace('name="pin2"', 'name="pin2" active="false"'), tmp_path)
+    assert finding(found).startswith('It loads. Closure pin2 is inactive (active="false"): it has no other closed loop')
 
 
 def test_a_joint_with_an_actuator_is_driven_first() -> None:

@@ -14,9 +14,11 @@ from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.mobility import check_drives, drives_to_add, free_directions
 from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.driven_runs import tendons_beyond_limits
 from conrod.mjcf.equalities import closure_name, handle_indices
-from conrod.mjcf.loading import OWN_POSE, name_or_number
+from conrod.mjcf.loading import OWN_POSE, list_names, name_or_number
 from conrod.mjcf.reading import duration, tree_of
+from conrod.models.loops.ranges import joints_outside
 from conrod.models.loops.tracking import track_motion
 
 FULL_TURN, SWINGS = "60rpm", (20.0, 5.0)  # of a hinge without a range; amplitudes [deg] where it cannot turn fully
@@ -29,7 +31,8 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
     """Choose laws that drive a model's loops from a start (nq,), and say why no wider law can.
 
     Driven is a joint that has an actuator, or a hinge on the ground, or another joint of a loop, in this order; what
-    else is free is held. Its law is the first that the loops allow: a full turn, then swings inside its range.
+    else is free is held. Its law is the first that the loops and all limits allow: a full turn, then swings inside its
+    range.
 
     Args:
         inside: the nearest closed pose (nq,) with all joints in their ranges, where the start is outside.
@@ -48,15 +51,35 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
         return {}, str(error)
     if not joints:
         return {}, why_nothing_moves(there, preferred_joints(model, there))
-    reason = ""
+    reason, beyond = "", dict[str, str]()
     for text in law_texts(joints[0], there, from_start=inside is None):
         laws = {joints[0].name: text, **{joint.name: "hold" for joint in joints[1:]}}
         try:
-            track_laws(there, laws)
-            return laws, reason
+            left = exceeded_limits(model, track_laws(there, laws))
         except InvalidInput as error:
             reason = reason or f"driven by {joints[0].name}={text}: {error}"
-    return {}, reason
+            continue
+        if not left:
+            return laws, reason
+        beyond = beyond or laws
+        reason = reason or f"driven by {joints[0].name}={text}: {list_names(left)} would leave its limits"
+    return beyond, reason  # no law keeps the limits
+
+
+def exceeded_limits(model: mujoco.MjModel, machine: DrivenTree) -> list[str]:
+    """Joints and tendons that leave their limits along a machine's tracked motion, by name."""
+    poses, data = np.concatenate([knot.coordinates for knot in machine.knots], axis=1), mujoco.MjData(model)
+    if model.opt.disableflags & (mujoco.mjtDisableBit.mjDSBL_LIMIT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT):
+        return []
+    found = dict.fromkeys(joint.name for pose in poses.T for joint in joints_outside(machine.tree, pose))
+    if not np.any(model.tendon_limited):
+        return list(found)
+    lengths = list[Array]()
+    for pose in poses.T:
+        data.qpos[:] = pose
+        mujoco.mj_fwdPosition(model, data)
+        lengths.append(np.array(data.ten_length))
+    return [*found, *(f"tendon {name}" for name, _, _ in tendons_beyond_limits(model, np.array(lengths)))]
 
 
 def why_nothing_moves(tree: SpatialTree, names: Sequence[str]) -> str:
@@ -134,8 +157,8 @@ def _shown_unit(joint: SpatialJoint) -> tuple[float, str]:
     return (float(np.degrees(1.0)), "deg") if joint.unit == "rad" else (1e3, "mm")
 
 
-def track_laws(tree: SpatialTree, texts: Mapping[str, str]) -> None:
-    """Check that laws determine a motion of the loops, by tracking it.
+def track_laws(tree: SpatialTree, texts: Mapping[str, str]) -> DrivenTree:
+    """Track the motion of the loops that laws determine.
 
     Raises:
         InvalidInput: the loops do not allow it.
@@ -148,3 +171,4 @@ def track_laws(tree: SpatialTree, texts: Mapping[str, str]) -> None:
     start = machine.assemble_start()
     check_drives(machine, start)
     machine.track_branch(start, duration(laws))
+    return machine

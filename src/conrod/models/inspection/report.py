@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any
 from urllib.parse import quote
 
+from conrod.comparison.other_forces import CONTACT, LIMIT, acting_sentences
 from conrod.comparison.trajectory import Outcome
 from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.actuator_results import SERVOS, SPEEDS, ActuatorResult
@@ -24,7 +25,9 @@ MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 SAID_BEFORE = ("open-start", "parts-apart", "redundant-closure")  # rules of lint that other sections say
 SOFT_CLOSURE = "soft-closure"  # a rule of lint, which allows 1e-4 of the size (`MAX_BEARING_PLAY`)
 START_MOVED = "the motion starts from"
+OBSTACLES = (LIMIT, CONTACT)  # kinds of forces that the exact motion lacks
 HOLD = "hold"  # law of a joint that stays where it stands
+INACTIVE = "inactive ("  # in words on closures that do not act
 MAX_ALARMS = 2  # of actuators in the first sentences
 SWING_SIZES = {"rad": (math.radians(20.0), "deg"), "m": (0.02, "mm")}  # of a first law, by a servo's unit
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
@@ -51,9 +54,15 @@ def finding(study: Inspection) -> str:
         sentences.append("Nothing of it can move.")
     if closing.passed and study.motion is not None and study.motion.own.errors:
         off = in_mm(study.motion.own.errors["position"])
-        sentences.append(f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings.")
+        met = _name_list(one.title for one in study.motion.own.acting if one.kind in OBSTACLES)
+        way = f", with {met} in its way" if met else ""
+        sentences.append(
+            f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings{way}."
+        )
     if sentences == ["It loads."]:
-        sentences.append("It has no closed loop and no actuator that was tried: no motion of it is judged.")
+        inactive = next((one for one in closing.remarks if INACTIVE in one), "")
+        loop = f"{inactive[0].upper()}{inactive[1:]}: it has no other" if inactive else "It has no"
+        sentences.append(f"{loop} closed loop and no actuator that was tried: no motion of it is judged.")
     if any(one.rule == "nothing-moves" for one in study.findings):
         sentences.append("Nothing moves in its own run.")
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
@@ -143,6 +152,8 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     else:
         loops = f", its loops open by up to {in_mm(own.gap or 0.0)}"
         yield f"driven by {drives}, {own.worst} is off by {in_mm(own.errors['position'])} as it is{loops}"
+    obstacles = [one for one in own.acting if one.kind in OBSTACLES]
+    yield from (words[0].lower() + words[1:].removesuffix(".") for words in acting_sentences(obstacles))
     others = [f"{run.label} {in_mm(run.errors['position'])}" for run in motion.runs[1:] if run.errors]
     if others:
         yield f"at the same step: {', '.join(others)}"
