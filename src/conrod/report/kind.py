@@ -141,6 +141,7 @@ class Kind(Generic[F]):
         merge: merges earlier findings of a part with new ones; None if new ones replace them.
         digits: digits of measured fractions in a folder, see `round_findings`; None keeps all.
         digits_of: other digits for fields of these names.
+        places: by field, the field of the largest values whose places it has, see `keep_earlier_digits`.
         live_html: returns HTML to insert below the first sentence of a part's page, with ids that begin with a prefix;
             empty if there is none.
         replaced_figures: endings of the names of figures that this HTML replaces.
@@ -164,6 +165,7 @@ class Kind(Generic[F]):
     merge: Callable[[F, F], F] | None = None
     digits: int | None = None
     digits_of: Mapping[str, int | None] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)
     live_html: Callable[[Part[F], str], str] | None = None
     replaced_figures: tuple[str, ...] = ()
     tile: str = ""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.metadata import version
 from itertools import repeat
 from pathlib import Path
 from typing import Any
 
 from conrod.crash import error_text
-from conrod.engines import environment
+from conrod.engines import engine_packages, environment
 from conrod.errors import InvalidInput
 from conrod.execution.writing import Batch
 from conrod.report.folder import (
@@ -23,6 +23,7 @@ from conrod.report.folder import (
     restore_findings,
     round_findings,
 )
+from conrod.report.kept_digits import keep_earlier_digits
 from conrod.report.kind import KINDS, F, Index, Kind, Part, Reproduction, kind_named
 from conrod.report.subreports import subreports
 from conrod.report.template import Page
@@ -60,14 +61,12 @@ def report_batch(
         name: {"title": kind.title(one), "command": commands, "conrod": version("conrod")}
         for name, (one, commands) in merged.items()
     }
-    digits_of = {**EXACT_FIELDS, **kind.digits_of}
-    saved = {
-        name: round_findings(plain_findings(kind.prepare_to_save(one)), kind.digits, digits_of)
-        for name, (one, _) in merged.items()
-    }
+    saved = {name: _saved_values(before, name, *one) for name, one in merged.items()}
     alone = all(commands == command.command_for(name) for name, (_, commands) in merged.items())
     whole = alone and before.entries.keys() <= findings.keys()
     head = _document_head(kind) | {"command": command.command_for_all(findings) if whole else None}
+    if _found_again(before, head, entries, saved):
+        head["environment"] = before.document["environment"]
     return _render_parts(before, head, before.entries | entries, saved, draw)
 
 
@@ -85,6 +84,29 @@ def _merge_with_earlier(before: ReportFolder, name: str, new: F, command: str) -
     return whole, COMMAND_SEPARATOR.join(
         dict.fromkeys([*before.entries[name]["command"].split(COMMAND_SEPARATOR), command])
     )
+
+
+def _saved_values(before: ReportFolder, name: str, findings: Any, command: str) -> Any:
+    """Return a part's findings as they are saved: rounded, and with the earlier numbers where these are the same."""
+    kind = before.kind
+    digits_of, values = {**EXACT_FIELDS, **kind.digits_of}, plain_findings(kind.prepare_to_save(findings))
+    if name in before.entries and before.entries[name]["command"] == command:
+        with suppress(InvalidInput):
+            values = keep_earlier_digits(before.values(name), values, kind.digits, digits_of, kind.places)
+    return round_findings(values, kind.digits, digits_of)
+
+
+def _found_again(
+    before: ReportFolder, head: Mapping[str, Any], entries: Mapping[str, Any], saved: Mapping[str, Any]
+) -> bool:
+    """Return True if a report's engines and all of its findings are what the folder has."""
+    was, now = before.document.get("environment", {}), head["environment"]
+    if before.entries.keys() != entries.keys() or any(was.get(name) != now[name] for name in engine_packages()):
+        return False
+    try:
+        return all(before.values(name) == values for name, values in saved.items())
+    except InvalidInput:
+        return False
 
 
 def document_text(kind: Kind[F], findings: Mapping[str, F]) -> str:

@@ -211,6 +211,7 @@ VALIDATION_REPORT = Kind(
     headline=headline,
     prepare_to_save=_drawable_study,
     digits=6,
+    places={"angle": "difference", "error_angle": "error"},
     live_html=_live_html,
     replaced_figures=("-moving.svg",),
     tile="-moving.svg",
