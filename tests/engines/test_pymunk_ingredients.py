@@ -17,7 +17,7 @@ from conrod import InvalidInput, compare
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.pymunk import PymunkSettings, iterations_needed, model_edits
-from conrod.engines.pymunk.distance_rods import _count_turns, find_rods
+from conrod.engines.pymunk.distance_rods import _unwrap_rotations, find_rods
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.pymunk.space import PymunkSpace
 from conrod.engines.run import run_in_one_piece
@@ -163,8 +163,8 @@ def test_a_rod_that_turns_is_counted_over_whole_turns() -> None:
     """As that of a drag link, whose crank and output turn fully."""
     turn = np.linspace(-3.0, 20.0, 200)
     wrapped = np.arctan2(np.sin(turn), np.cos(turn))
-    assert np.allclose(_count_turns(wrapped, -3.0), turn)
-    assert np.allclose(_count_turns(wrapped, -3.0 + 4.0 * np.pi), turn + 4.0 * np.pi)
+    assert np.allclose(_unwrap_rotations(wrapped, -3.0), turn)
+    assert np.allclose(_unwrap_rotations(wrapped, -3.0 + 4.0 * np.pi), turn + 4.0 * np.pi)
     assert not np.allclose(wrapped, turn)
 
 

@@ -62,7 +62,7 @@ def claimed_order(errors: Iterable[tuple[int, float | None]]) -> float | None:
 
 
 def _pair_order(steps: Sequence[int], errors: Sequence[float]) -> float | None:
-    """Order between two errors; None if one is zero or not finite."""
+    """Observed order between two errors; None if either is zero or not finite."""
     if not all(0.0 < e < math.inf for e in errors):
         return None
     return math.log(errors[0] / errors[1]) / math.log(steps[1] / steps[0])

@@ -66,7 +66,7 @@ VERDICT_ORDER = (
 
 
 def combine_verdicts(before: RunVerdict, after: RunVerdict) -> RunVerdict:
-    """The verdict on a run from those on two parts; of equal ones the earlier, with the larger size."""
+    """Combine the verdicts on two parts of a run; of equal verdicts the earlier, with the larger size."""
     one, other = before.sized_reason, after.sized_reason
     if before.outcome is after.outcome and one and other and one[0] == other[0]:
         return RunVerdict.of_size(before.outcome, one[0], max(one[1], other[1]), one[2])

@@ -83,7 +83,7 @@ class ArcLengthContinuation:
         return place if left is None else left
 
     def points_after(self, point: CurvePoint, longest: float = MAX_STEP) -> Iterator[CurvePoint]:
-        """Yield the points after one, without end; one lies wherever a roller reaches another arc of its cam.
+        """Yield the points after a point, without end; a point lies wherever a roller reaches another arc of its cam.
 
         Args:
             longest: limit of the first step, in the curve's unit; later steps grow from it gradually.

@@ -115,7 +115,7 @@ class Elimination:
         return solution
 
     def determinant(self) -> Array:
-        """The determinant (T,)."""
+        """Determinant (T,) of the matrix of the equations."""
         constant = math.prod([self.order.sign, *(step.pivot for step in self._steps)])
         return np.asarray(constant * self.block_determinants().prod(axis=1))
 

@@ -82,7 +82,7 @@ class BaselineCheck:
         costs: Mapping[str, KeptCost] | None = None,
         cost_ratio: float | None = None,
     ) -> BaselineComparison:
-        """Compare findings with the baseline; write a missing baseline, or one that the user accepts.
+        """Compare findings with the baseline; write it if it is missing, or if the user accepts the findings.
 
         Args:
             find: repeats the study with scenes whose speeds differ in the last bits, which shows how far rounding
@@ -143,7 +143,7 @@ def baseline_line(
     sizes: Mapping[str, float | None],
     settings: Mapping[str, Any] | None = None,
 ) -> BaselineLine:
-    """Return a line of a baseline from an outcome, a verdict, and sizes; those without a number are left out."""
+    """Return a line of a baseline from an outcome, a verdict, and sizes; sizes without a number are left out."""
     numbers = {
         name: BandedNumber(size, 0.0) for name, size in sizes.items() if size is not None and math.isfinite(size)
     }

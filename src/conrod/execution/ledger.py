@@ -174,7 +174,7 @@ class Ledger:
             )
 
     def timings(self, keys: Iterable[str], machine: str) -> dict[str, Timing]:
-        """Timings on a machine by key; keys without one are left out."""
+        """Timings on a machine by key; keys without a timing are left out."""
         found = self._select(f"SELECT key, {TIMING_COLUMNS} FROM timings WHERE machine = ? AND key IN", keys, machine)
         return {key: timing for key, *values in found if (timing := _restore_timing(values)) is not None}
 

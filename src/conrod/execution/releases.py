@@ -125,7 +125,7 @@ def interpreter_path(folder: Path) -> Path:
 
 
 def _run_command(command: Sequence[str]) -> None:
-    """Run a command of an installation; raises InvalidInput with its first error line.
+    """Run a command that installs a release; raises InvalidInput with its first error line.
 
     It runs in an empty folder, so that settings of a project in the working folder do not apply.
     """

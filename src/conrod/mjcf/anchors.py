@@ -124,7 +124,7 @@ def _reaches_joints(model: mujoco.MjModel, data: mujoco.MjData, body: int, least
 
 
 def _point_distance(model: mujoco.MjModel, data: mujoco.MjData, geom: int, place: Array) -> float:
-    """Distance of a point (3,) from a geom: from the axis of a capsule, from the box about others; 0 within."""
+    """Distance of a point (3,) from a geom: from a capsule's axis, from the box about any other; 0 within."""
     local = data.geom_xmat[geom].reshape(3, 3).T @ (place - data.geom_xpos[geom])
     centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:].copy()
     if int(model.geom_type[geom]) == CAPSULE:

@@ -126,7 +126,7 @@ def _with_width(shape: LinkShape, scale: float) -> LinkShape:
 
 
 def _fit_picture(view: PictureView, tracks: Sequence[Array], still: Array) -> tuple[float, tuple[int, int, int, int]]:
-    """Scale [drawing units / m] and box of a picture of points that move (K, P, 3), and of those that stand (G, 3)."""
+    """Scale [drawing units / m] and box of a picture of moving points (K, P, 3) and fixed points (G, 3)."""
     places = np.concatenate([view.project(track).reshape(-1, 2) for track in [*tracks, still[None]]])
     low, high = places.min(axis=0), places.max(axis=0)
     size = float((high - low).max()) or 1.0

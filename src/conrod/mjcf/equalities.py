@@ -152,7 +152,7 @@ def handle_indices(model: mujoco.MjModel) -> tuple[int, ...]:
 
 
 def handle_words(model: mujoco.MjModel, indices: Iterable[int]) -> str:
-    """'hold is a handle: it drags hand after the mocap body stylus'; empty for no index."""
+    """Say which closures are handles: 'hold is a handle: it drags hand after the mocap body stylus'."""
     words = []
     for index in indices:
         ends = compat.equality_bodies(model, index)

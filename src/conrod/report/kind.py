@@ -122,7 +122,7 @@ class Index(Generic[F]):
 
 @dataclass(frozen=True)
 class Kind(Generic[F]):
-    """One kind of report.
+    """A kind of report: its findings, templates, tables and figures.
 
     Attributes:
         name: key in `KINDS`.

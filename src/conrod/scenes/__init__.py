@@ -109,7 +109,7 @@ def scene_named(name: str) -> Scene:
 
 
 def machines_in_space(names: Sequence[str]) -> list[str]:
-    """Those of some names that are of machines in space, or of all of them."""
+    """Names, among those given, of machines in space or of all such machines."""
     others = [name for name in names if name not in SCENES and not Path(name).suffix]
     if not others:  # their models are slow to load
         return []

@@ -194,6 +194,7 @@ class ExudynStepper:
         data, found = self._made.system.systemData, list[list[Array]]()
 
         def record(*_: object) -> bool:
+            """Record coordinates and their rates after a step; True, so that the solver goes on."""
             found.append([data.GetODE2Coordinates(), data.GetODE2Coordinates_t(), data.GetODE2Coordinates_tt()])
             return True
 
@@ -244,6 +245,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
     poses, rates = list[Array](), list[Array]()
 
     def place(theta: float, ahead: Array | None) -> Array:
+        """Place the machine by the engine's joints at a crank angle [rad], from a guess if one is given."""
         if ahead is not None:
             data.SetODE2Coordinates(ahead, exudyn.ConfigurationType.Initial)
         made.system.SetObjectParameter(made.drive, "offset", mechanism.crank_turn(theta))
@@ -283,10 +285,12 @@ def run(
     states = stepper.states(round(settings.steps_per_revolution * revolutions))
 
     def explain_failure(judged: RunVerdict) -> RunVerdict:
+        """Add the solver's own message to the reason of a run that diverged."""
         failed = judged.outcome is Outcome.DIVERGED and stepper.failure
         return replace(judged, reason=f"{stepper.failure}; {judged.reason}") if failed else judged
 
     def record(first: int, times: Array) -> RecordedPiece:
+        """Read the next samples at times (T,) [s]; `first` is the index of the first."""
         read = np.array(list(islice(states, len(times)))).swapaxes(0, 1)
         bodies = stamped_states(kinematics.mechanism, times, *read)
         # As in Exudyn, the clock is step index times step.

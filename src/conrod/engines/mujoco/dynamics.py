@@ -82,9 +82,13 @@ class SampleSource(Protocol):
     """Steps a machine and returns its samples, as `MuJoCoRecorder` does."""
 
     @property
-    def warnings(self) -> Mapping[str, int]: ...
+    def warnings(self) -> Mapping[str, int]:
+        """Number of warnings of the engine so far, by name."""
+        ...
 
-    def next_samples(self, samples: int) -> tuple[Array, Array]: ...
+    def next_samples(self, samples: int) -> tuple[Array, Array]:
+        """The next T samples: states (T, nstate), from the present one on, and sensor data (T, nsensordata)."""
+        ...
 
 
 class MuJoCoRecorder:
@@ -178,6 +182,7 @@ def record_run(
     clock, end, poses = -settings.timestep, None, None  # of the sample before
 
     def record(first: int, times: Array) -> RecordedPiece:
+        """Read the next samples at times (T,) [s]; `first` is the index of the first."""
         nonlocal clock, end, poses
         states, sensors = recorder.next_samples(len(times))
         instants = sample_instants(made, times, states, sensors)

@@ -61,6 +61,7 @@ def solve_kinematics(machine: Machine, angle: Array) -> capabilities.KinematicRe
     rows = []
 
     def place(theta: float, ahead: Array | None) -> Array:
+        """Place the machine by the engine's joints at a crank angle [rad], from a guess if one is given."""
         data.qpos[:] = data.qpos if ahead is None else ahead
         data.qpos[made.crank_dof] = theta
         if contacts:

@@ -92,7 +92,7 @@ def _loaded_bodies(load: Load) -> set[str]:
 
 
 def without_rods(mechanism: Mechanism, rods: Sequence[DistanceRod]) -> Mechanism:
-    """The mechanism without these links, their pins, and the points observed on them."""
+    """The mechanism without rods, their pins, and the points observed on rods."""
     gone = {rod.link for rod in rods}
     return replace(
         mechanism,
@@ -109,12 +109,12 @@ LIGHT_SHARE = 1e-3  # of a rod's mass and moment, where it is a light body
 def with_light_rods(mechanism: Mechanism) -> Mechanism:
     """The mechanism with rods of a thousandth of their mass, as links without mass are modelled by bodies."""
     light = {rod.link for rod in find_rods(mechanism)}
-    bodies = tuple(_lighter(body) if body.name in light else body for body in mechanism.bodies)
+    bodies = tuple(_light_copy(body) if body.name in light else body for body in mechanism.bodies)
     return replace(mechanism, bodies=bodies)
 
 
-def _lighter(body: Body) -> Body:
-    """The body with a thousandth of its mass and moment, or with the least that a body may have."""
+def _light_copy(body: Body) -> Body:
+    """Return a body with a thousandth of its mass and moment, but not below the least allowed."""
     mass, inertia = max(LIGHT_SHARE * body.mass, MASS_RANGE[0]), max(LIGHT_SHARE * body.inertia, INERTIA_RANGE[0])
     return replace(body, mass=mass, inertia=inertia)
 
@@ -186,7 +186,7 @@ def add_rod_states(
     for rod, start in zip(rods, near, strict=True):
         own = rod.columns(whole)
         here = _pins(whole, rod, full, speeds)
-        turn = _count_turns(_direction(rod, here), start)
+        turn = _unwrap_rotations(_direction(rod, here), start)
         full[:, own] = np.column_stack([_centre(whole, rod, here, turn)[0], turn])
         there = _pins(whole, rod, later, speeds)
         (first, second), (slow, fast) = there
@@ -220,8 +220,8 @@ def _direction(rod: DistanceRod, pins: Pins) -> Array:
     return np.asarray(np.arctan2(d[:, 1], d[:, 0]) - own)
 
 
-def _count_turns(turn: Array, near: float) -> Array:
-    """Rotations (T,) [rad] without jumps, the first within half a turn of a given one."""
+def _unwrap_rotations(turn: Array, near: float) -> Array:
+    """Unwrap rotations (T,) [rad]; the first comes within half a turn of `near`."""
     # Whole turns are counted, so that the same bits come of a run wherever it is cut.
     return np.asarray(turn - 2.0 * np.pi * np.cumsum(np.rint(np.diff(turn, prepend=near) / (2.0 * np.pi))))
 

@@ -96,6 +96,7 @@ def _solve_in_few_iterations(made: PymunkSpace, machine: Machine, angle: Array) 
     rows, closed = list[Array](), True
 
     def place(theta: float, ahead: Array | None) -> Array:
+        """Place the machine by the engine's joints at a crank angle [rad], from a guess if one is given."""
         nonlocal closed
         if ahead is not None:
             _place_bodies(made, ahead)

@@ -97,7 +97,7 @@ def first_sample_errors(machine: Machine, steps: int, start: float) -> list[floa
 
 
 def first_samples(machine: Machine, steps: int, start: float) -> tuple[Mechanism, SampleInstants, Array, Array]:
-    """First samples of a run as a converged iteration takes them: mechanism, instants, and centres with their rates.
+    """Predict the first samples of a converged run: mechanism, instants, centres (T, 3 n) and their rates.
 
     Args:
         steps, start: as for `first_sample_errors`.

@@ -108,7 +108,7 @@ def _rod_bodies(
 
 
 def _touching_shapes(minimal: PymunkSettings, tuned: int, refusal: str) -> PymunkIngredient:
-    """Ingredient of shapes that collide where pins join links: there have to be bodies for these links."""
+    """Ingredient of shapes that collide where pins join links; it makes a body of each link, too."""
     name = "touching-shapes"
     meaning = (
         "a rectangle on every link, each of which is a body, and links that a joint holds together collide, as pymunk "

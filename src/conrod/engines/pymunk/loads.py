@@ -79,16 +79,16 @@ class LoadForces:
             expected = [v + share * (v - before) for v, before in zip(rates, self._known[1], strict=True)]
         self._known = now, rates
         way = goal - time
-        return self._apply_at_state([x + way * v for x, v in zip(places, rates, strict=True)], expected, goal)
+        return self._apply_forces([x + way * v for x, v in zip(places, rates, strict=True)], expected, goal)
 
     def apply_now(self, time: float) -> State:
         """Apply the forces of the present state at a time [s]; return the loads' generalised forces (3 n,)."""
         places, rates = _read_states(self._made.bodies)
         self._known = time, rates
-        return self._apply_at_state(places, rates, time)
+        return self._apply_forces(places, rates, time)
 
-    def _apply_at_state(self, places: State, rates: State, time: float) -> State:
-        """Apply load and constant forces of a state; return the loads' generalised forces (3 n,)."""
+    def _apply_forces(self, places: State, rates: State, time: float) -> State:
+        """Apply loads and constant forces in a state; return the loads' generalised forces (3 n,)."""
         sums = [0.0] * len(places)
         for load in self._made.mechanism.loads:
             value, rate, gradient = self._coordinate_and_gradient(load.along, places, rates)

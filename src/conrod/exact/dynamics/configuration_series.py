@@ -104,10 +104,10 @@ class _PieceBuilder:
         self.closed = self._returned and len(self._places) == 1
         return piece
 
-    def _longest_piece(self, ends: int) -> tuple[CurvePiece, int] | None:
+    def _longest_piece(self, max_points: int) -> tuple[CurvePiece, int] | None:
         """Longest converging piece from the first point, with the number of points used; None if none converges."""
         reach = self._places[0].arc_length + MAX_LENGTH_GROWTH * self._length
-        count = min(ends, max(MIN_POINTS, sum(place.arc_length <= reach for place in self._places)))
+        count = min(max_points, max(MIN_POINTS, sum(place.arc_length <= reach for place in self._places)))
         while True:
             piece = fit_piece(self._curve, self._places[:count], self._along)
             tail = np.inf if piece is None else _relative_tail(piece)

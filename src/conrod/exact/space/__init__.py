@@ -201,7 +201,7 @@ class SpatialTree:
         return tuple(joint for joint in self.joints if joint.rate in rates)
 
     def _loop_rates(self, closure: SpatialClosure) -> set[int]:
-        """Rates that a closure depends on, as numbers of their joints' first rates."""
+        """Indices of the first rates of all joints that a closure depends on."""
         between = [{joint.rate for joint in self.joints_above[point.body]} for point in closure.points]
         return set.symmetric_difference(*between) if between else {rate for s in closure.sums for rate in s}
 

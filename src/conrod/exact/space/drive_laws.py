@@ -72,7 +72,7 @@ def parse_drive_law(text: str, unit: str, start: float, name: str) -> DriveLaw:
 
 
 def _stack_derivatives(times: Array, *values: Array | float) -> Array:
-    """Stack a coordinate and its first derivatives (4, T); those not given are 0."""
+    """Stack a coordinate and its first derivatives (4, T); missing derivatives are 0."""
     made = np.zeros((4, len(times)))
     for row, value in enumerate(values):
         made[row] = value

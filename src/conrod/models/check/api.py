@@ -17,7 +17,7 @@ from conrod.mechanism.units import check_count, check_number
 from conrod.mjcf.request import ModelRequest, controls_of, places_of, size_of_unit
 from conrod.models.check import report as user_model
 from conrod.models.check.frame import GivenFrame
-from conrod.models.check.results import AS_GIVEN, OWN, ModelStudy
+from conrod.models.check.results import OWN, OWN_RUN, ModelStudy
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.user_files.files import check_readable
@@ -121,7 +121,7 @@ def check_model(
             ((found,),) = find([{name: machine}])
         except InvalidInput as error:
             raise InvalidInput(f"{error} ({taken})" if taken else f"{error}") from None
-        compared = check.compare([found], find, model_lines, {AS_GIVEN: OWN}) if check else None
+        compared = check.compare([found], find, model_lines, {OWN_RUN: OWN}) if check else None
     part = path.stem if shown is None else shown
     call = text_of_call(
         "check_model",

@@ -77,7 +77,7 @@ def _guess_crank(model: mujoco.MjModel, known: Sequence[str]) -> str:
 
 
 def _ground_hinges(model: mujoco.MjModel) -> Iterator[int]:
-    """Hinges of bodies that hang on the ground by them alone."""
+    """Hinges that alone hold a body on the ground."""
     for joint in range(model.njnt):
         body = int(model.jnt_bodyid[joint])
         on_ground = int(model.body_weldid[model.body_parentid[body]]) == 0

@@ -346,6 +346,7 @@ def results_to_print(studies: Sequence[ModelStudy]) -> Iterator[PrintedPart]:
 
 
 def _live_html(part: Part[ModelStudy], anchor: str) -> str:
+    """Return the HTML of the drawing that moves, under an anchor of the page; empty if nothing is drawn."""
     from conrod.report.html.moving_links import links_html
 
     return links_html(part.findings.drawn, anchor, Path(part.findings.file).name)

@@ -20,7 +20,8 @@ from conrod.report.drawing.moving_links import MovingLinks
 from conrod.scenes import Scene
 from conrod.studies.validation.results import Qualification, RefinementPoint
 
-AS_GIVEN, OWN = "its own run", "as it is"
+OWN_RUN = "its own run"  # label of the run from the file's own start, by its own actuators
+OWN = "as it is"  # label of the driven run with the model's own settings
 MAX_DRIVE_RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
 # The position's tolerance bounds the opening of the loops, too; over the machine's largest length.
 CLOSURE = "closure"
@@ -127,7 +128,7 @@ class ModelStudy:
     def speed_tolerance(self) -> float:
         """Allowed relative error of the mean crank speed in the file's own run.
 
-        What is asked for of velocities. Where that is not, the position's where it is less than a per cent: after a
+        The velocity's tolerance if the user gave it, else the position's if it is less than a per cent: after a
         radian of the crank, a speed off by a share e has a point off by about e of its travel.
         """
         asked = self.tolerance or {}

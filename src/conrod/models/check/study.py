@@ -34,7 +34,7 @@ from conrod.models.check.drawing import draw_scene_runs, draw_turn
 from conrod.models.check.frame import Frame, GivenFrame
 from conrod.models.check.identity import identify, unknown_identity
 from conrod.models.check.references import returns_after_turn
-from conrod.models.check.results import AS_GIVEN, JudgedRun, ModelStudy
+from conrod.models.check.results import OWN_RUN, JudgedRun, ModelStudy
 from conrod.models.check.scanning import model_facts, scan
 from conrod.models.check.scene_causes import causes_besides, refusal_causes, scene_causes
 from conrod.models.check.turning import BlockedTurnError, Turning, prepare_turning
@@ -219,7 +219,7 @@ class SceneBench:
         step = float(model.opt.timestep)
         times = self._times(step, float(self.frame.angle(data.qpos[turning.crank.coordinate])))
         run, _ = record_run(turning.machine.tree, model, data, turning.points, times, touching=turning.touching)
-        found = self.judge(AS_GIVEN, run, step)
+        found = self.judge(OWN_RUN, run, step)
         if found.outcome is not Outcome.COMPLETED:
             return found, None
         # The crank in the last turn's time, or in all of it where that is less.
@@ -254,7 +254,7 @@ class SceneBench:
         """Determine the outcome and the errors of a run."""
         at = self.instants(run)
         # The scene's clock begins at crank angle 0, which the file need not start at; that of one pass does so already.
-        if label == AS_GIVEN and self.question.span is None:
+        if label == OWN_RUN and self.question.span is None:
             at = replace(at, times=at.times + at.angle[0] / self.speed)
         seen = (self.frame.document_positions, self.frame.document_vectors, self.frame.document_vectors)
         tracks = {
@@ -265,7 +265,7 @@ class SceneBench:
         gap = max((float(gap.max()) for gap in self.machine_gaps(run)), default=0.0)
         opening = self.frame.unit * gap / max(self.exact.lengths.values())
         if run.outcome is Outcome.COMPLETED:
-            verdict = next(self._endings(run, tracks), verdict)
+            verdict = next(self._failures(run, tracks), verdict)
         if verdict.outcome is Outcome.COMPLETED:
             errors = {
                 name: {quantity: size_of(series.error) for quantity, series in vars(found).items()}
@@ -275,8 +275,8 @@ class SceneBench:
         reason = add_obstacles(verdict.reason, run.acting)
         return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting, opening)
 
-    def _endings(self, run: LoopRecording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
-        """Yield the outcomes that points and violations show; the first one counts.
+    def _failures(self, run: LoopRecording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
+        """Yield failures that points and violations show, though the engine completed the run; the first counts.
 
         A run that starts open and snaps shut goes on from there: how far it was open is an error of it, no outcome.
         """

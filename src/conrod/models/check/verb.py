@@ -90,14 +90,14 @@ class CheckOptions(VerificationOptions):
         return Runs(self.ledger, self.fresh, progress=ProgressBar)
 
 
-MODEL = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
-TABLE = ("columns", "estimate")
-TORQUE_RUN = ("torque", "start")
+MODEL_OPTIONS = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
+TABLE_OPTIONS = ("columns", "estimate")
+TORQUE_OPTIONS = ("torque", "start")
 LEDGER_OPTIONS = ("fresh", "ledger")  # of models alone
-RUNS_OF_FMU = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
-WITHOUT_TORQUE = ("estimate", "baseline", "accept", "verification", "title", "measured", "limits", "uncertainties")
-MEASUREMENTS = ("title", "measured", "limits", "uncertainties")
-WITH_DRIVE = (
+FMU_RUN_OPTIONS = ("revolutions", "steps_per_rev", "preset", "cell_timeout")
+REFUSED_WITH_TORQUE = ("estimate", "baseline", "accept", "verification", "title", "measured", "limits", "uncertainties")
+VERIFICATION_OPTIONS = ("title", "measured", "limits", "uncertainties")
+OPTIONS_WITH_DRIVE = (
     *("--drive", "--ctrl", "--keyframe", "--point", "--scene", "--seconds", "--tolerance", "--unit", "--engine"),
     *("--out", "--html", "--verification", "--title", "--json", "--baseline", "--accept", "--fresh", "--ledger"),
 )
@@ -173,7 +173,7 @@ def _check_model(name: str, asked: CheckOptions) -> None:
     refuse(
         asked, "a model: it is judged as it is, in MuJoCo, at its own step", "preset", "steps_per_rev", "cell_timeout"
     )
-    refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE), *TORQUE_RUN)
+    refuse(asked, "a model: it is for a table", *(() if asked.measured else TABLE_OPTIONS), *TORQUE_OPTIONS)
     points = _points_in(asked, scene[1])
     files = check_outputs(MODEL_REPORT, [path.stem], asked, protected_model_files(path))
     dossier = _dossier("check", (name,), asked, dict([scene]))
@@ -241,10 +241,10 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
         _check_torque_run(path, scene, asked)
         return
     if is_fmu:
-        refuse(asked, f"{what}: it is for a table", *TORQUE_RUN)
+        refuse(asked, f"{what}: it is for a table", *TORQUE_OPTIONS)
     refuse(asked, f"{what} without --torque: it is for a run under one", "start")
-    refuse(asked, f"{what}: it is for a model", *MODEL, *LEDGER_OPTIONS)
-    refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else RUNS_OF_FMU))
+    refuse(asked, f"{what}: it is for a model", *MODEL_OPTIONS, *LEDGER_OPTIONS)
+    refuse(asked, f"{what}: it is for runs of an engine", *(() if is_fmu else FMU_RUN_OPTIONS))
     files = check_outputs(TABLE_REPORT, [PART], asked, {f"the {what.rsplit(maxsplit=1)[-1]}": path})
     dossier = _dossier("check", (name,), asked, dict([scene]))
     common: dict[str, Any] = {
@@ -284,7 +284,7 @@ def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -
     from conrod.models.torque_runs.comparison import JUDGED_QUANTITIES
     from conrod.models.torque_runs.report import PART, TORQUE_RUN_REPORT
 
-    refuse(asked, "--torque: a run under a torque", *MODEL, *RUNS_OF_FMU, *WITHOUT_TORQUE)
+    refuse(asked, "--torque: a run under a torque", *MODEL_OPTIONS, *FMU_RUN_OPTIONS, *REFUSED_WITH_TORQUE)
     files = check_outputs(TORQUE_RUN_REPORT, [PART], asked, {"the table": path})
     start = None
     if asked.start is not None:
@@ -335,7 +335,7 @@ def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) ->
 
     if others := [name for name in asked.engine if name != "mujoco"]:
         raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
-    refuse_others(asked, "--drive" if asked.drives or asked.scene else "a model without --scene", *WITH_DRIVE)
+    refuse_others(asked, "--drive" if asked.drives or asked.scene else "a model without --scene", *OPTIONS_WITH_DRIVE)
     subjects = tuple(MACHINES) if SPATIAL in names else names
     parts, inputs = dict[str, str](), dict[str, Path]()
     for name in subjects:
@@ -393,7 +393,7 @@ def _dossier(command: str, names: tuple[str, ...], asked: CheckOptions, scenes: 
         InvalidInput: the report cannot be made, or options that need --verification were given without.
     """
     if asked.verification is None:
-        refuse(asked, "no --verification", *MEASUREMENTS)
+        refuse(asked, "no --verification", *VERIFICATION_OPTIONS)
         return None
     from conrod.verification.verb import Dossier
 

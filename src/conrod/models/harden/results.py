@@ -71,6 +71,7 @@ class HardenedModel(NotebookResult):
         return [table(("", *names), self._rows(), names, "largest in the run")] if self.variants else []
 
     def _rows(self) -> Iterator[list[Cell]]:
+        """Yield the rows of the table, a cell for each variant."""
         broken = (
             ColouredCell(f"{one.steps}, then {one.broke}", "bad") if one.broke else str(one.steps)
             for one in self.variants

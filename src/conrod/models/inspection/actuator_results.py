@@ -145,6 +145,7 @@ def largest_step_words(size: str) -> str:
 
 
 def _step_text(seconds: float) -> str:
+    """Return a time step [s] as text."""
     return f"{quantity(1e3 * seconds, 3)} ms"
 
 
@@ -224,6 +225,7 @@ class ActuatorResult:
         return tuple(self._alarms())
 
     def _alarms(self) -> Iterator[str]:
+        """Yield what is wrong with the actuator, each fault in a clause."""
         if self.broke:
             yield self.steps.words if self.steps is not None and self.steps.diverges else f"diverges: {self.broke}"
             return
@@ -247,6 +249,7 @@ class ActuatorResult:
             yield self.steps.words
 
     def _missing_words(self, worst: StepResponse) -> str:
+        """Say how far the worst response to a step remains from its command."""
         off = _shown_size(worst.error, self.moved_unit)
         if worst.creeps and not worst.obstacles:
             target = shown_value(worst.target, self.moved_unit)
@@ -300,6 +303,7 @@ class ActuatorResult:
             yield self.steps.words
 
     def _peak_words(self, peak: float) -> str:
+        """Say the largest force of the trial, and the actuator's limit if it has one."""
         of = "" if self.limit is None else f" of {measured_text(self.limit)}"
         return f"peak {measured_text(peak)}{of} {self.force_unit}"
 

@@ -35,7 +35,7 @@ def _hold_keyframe(model: mujoco.MjModel, k: int, name: str, every: list[TriedAc
     mujoco.mj_resetDataKeyframe(made, data, k)
     with silence_warnings():
         mujoco.mj_forward(made, data)
-        places, start, pulled = data.xpos.copy(), data.qpos.copy(), tuple(_servos_off_command(made, data, every))
+        places, start, pulled = data.xpos.copy(), data.qpos.copy(), tuple(_displaced_servos(made, data, every))
         steps = max(2, min(MAX_STEPS, round(SECONDS / float(made.opt.timestep))))
         for done in range(steps):
             mujoco.mj_step(made, data)
@@ -56,8 +56,8 @@ def _hold_keyframe(model: mujoco.MjModel, k: int, name: str, every: list[TriedAc
     )  # fmt: skip
 
 
-def _servos_off_command(model: mujoco.MjModel, data: mujoco.MjData, every: list[TriedActuator]) -> Iterator[str]:
-    """Names of servos whose commanded position differs from their position."""
+def _displaced_servos(model: mujoco.MjModel, data: mujoco.MjData, every: list[TriedActuator]) -> Iterator[str]:
+    """Yield the names of position servos that are not where their command would have them."""
     for one in every:
         if one.kind == "position":
             control = data.ctrl[one.control] if one.activation is None else data.act[one.activation]

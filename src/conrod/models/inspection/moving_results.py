@@ -61,6 +61,7 @@ class ModelMobility:
         return "; ".join(self._clauses())
 
     def _clauses(self) -> Iterator[str]:
+        """Yield the clauses of the sentence."""
         if not self.joints:
             yield "nothing: it has no joint"
             return

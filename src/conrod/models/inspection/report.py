@@ -93,6 +93,7 @@ def sections(study: Inspection) -> Iterator[tuple[str, list[str]]]:
 
 
 def _loading_lines(found: Loading) -> Iterator[str]:
+    """Yield the answer to whether the model loads: its parts, size and mass, and what was left out."""
     parts = [
         _count_text(found.bodies, "body", "bodies"), _count_text(found.joints, "joint"),
         _count_text(found.closures, "closure"), _count_text(found.actuators, "actuator"),
@@ -103,6 +104,7 @@ def _loading_lines(found: Loading) -> Iterator[str]:
 
 
 def _closing_lines(found: Closing) -> Iterator[str]:
+    """Yield the answer to whether the model's loops close: its poses, and what is open in them."""
     if not found.start.gaps:
         yield "it has no closed loop that acts" if found.remarks else "it has no closed loop"
     for pose in found.poses if found.start.gaps else ():
@@ -130,6 +132,7 @@ def _pose_text(pose: str) -> str:
 
 
 def _range_lines(pose: PoseOpening) -> Iterator[str]:
+    """Yield which joints are outside their ranges in a pose, and the nearest closed pose inside them."""
     if pose.outside:
         inside = f": the nearest closed pose inside is {_pose_text(pose.inside)}" if pose.inside else ""
         yield f"{pose.outside}{inside}; give --keyframe to start elsewhere"
@@ -326,6 +329,7 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _live_html(part: Part[Inspection], anchor: str) -> str:
+    """Return the HTML of the drawing that moves, under an anchor of the page; empty if nothing is drawn."""
     from conrod.report.html.moving_links import links_html
 
     return links_html(part.findings.picture, anchor, part.findings.name)

@@ -68,7 +68,7 @@ class PoseOpening:
         closed: the nearest closed pose as `qpos` of MJCF; empty where all are closed, or no pose near it closes them.
         outside: joints that are outside their ranges there, in words; empty if none is.
         inside: the nearest closed pose with joints in their ranges, as `qpos`; empty where none was found.
-        singular: whether its closures allow more motion there than beside it: folded, or at a change point.
+        singular: whether the closures allow more motion in this pose than near it: folded, or at a change point.
     """
 
     pose: str

@@ -91,7 +91,7 @@ def _digest(model: mujoco.MjModel, start: Array, steps: int) -> str:
 
 
 def _bench(model: mujoco.MjModel, start: Array, steps: int) -> changes.InvarianceBench:
-    """Run a model and take some of its states.
+    """Run a model; return the bench on which some of its states are compared.
 
     Raises:
         InvalidInput: the run breaks off before its first state.

@@ -25,7 +25,7 @@ Value = float | int | str
 
 
 class Severity(Enum):
-    """Severities of findings, the worst first: it makes this motion wrong; or it costs, or would hide a failure."""
+    """Severity of a finding: an error makes the motion wrong; a note costs time, or would hide a failure."""
 
     ERROR = "error"
     NOTE = "note"

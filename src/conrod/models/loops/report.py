@@ -323,6 +323,7 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def _live_html(part: Part[LoopStudy], anchor: str) -> str:
+    """Return the HTML of the drawing that moves, under an anchor of the page; empty if nothing is drawn."""
     from conrod.report.html.moving_links import links_html
 
     return links_html(part.findings.drawn, anchor, part.findings.name)

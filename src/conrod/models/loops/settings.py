@@ -97,7 +97,7 @@ def after_compiling(recipe: Recipe, *, every: bool = True) -> tuple[str, ...]:
 
 
 def mjcf_lines(path: Path, model: mujoco.MjModel, recipe: Recipe) -> str:
-    """Return the sections of MJCF, for the end of a model's file, that make all edits but those after compiling.
+    """Return MJCF sections, for the end of a model's file, of all edits but edits of the compiled model.
 
     A default is pasted where it changes these closures alone; closures that have settings of their own, which stand
     before a default, are named with what to write there. The text is compiled to see which these are.

@@ -67,7 +67,7 @@ def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float
     """Judge the loops of a model file; call it in a separate process (`conrod.execution.local`).
 
     Args:
-        step_factor: on the model's time step; 1 but for the last bits, for what rounding makes of the results.
+        step_factor: factor on the model's time step; differs from 1 by last bits alone, to measure rounding.
 
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.

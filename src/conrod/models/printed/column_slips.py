@@ -125,7 +125,7 @@ def _is_systematic(rows: Sequence[PrintedRow], ranges: Array, wrong: NDArray[np.
 
 
 def _row_slips(rows: Sequence[PrintedRow], exact: Array) -> list[tuple[str, Array]]:
-    """Give each row the value of the next one, or of the one before, with the ranges (2, N).
+    """Give each row the exact value of the row after or before it, with the ranges (2, N).
 
     The last row has that of a table that goes on in equal steps, or starts again; NaN where neither is its print.
     """
@@ -160,7 +160,7 @@ def _component_slip(rows: Sequence[PrintedRow]) -> list[tuple[str, Array]]:
 
 
 def _constant_factor(rows: Sequence[PrintedRow], exact: Array) -> list[tuple[str, Array]]:
-    """Give each row the value times the factor that reproduces most rows, with the ranges (2, N); none if none does."""
+    """Scale exact values by the factor that reproduces most rows; return ranges (2, N), empty if none does."""
     low, high = _most_common(_ratio_bounds(rows, exact))
     if not 0.0 < low < high < math.inf:
         return []
@@ -211,7 +211,7 @@ def _ratio_bounds(rows: Sequence[PrintedRow], exact: Array) -> Array:
 
 
 def _most_common(bounds: Array) -> tuple[float, float]:
-    """Interval that lies within most of the given ones (2, M); (0, inf) of none."""
+    """Interval that lies within most of the given intervals (2, M); (0, inf) without any."""
     if not bounds.size:
         return 0.0, math.inf
     ends = np.unique(bounds)

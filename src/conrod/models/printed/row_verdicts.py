@@ -53,7 +53,7 @@ def verdicts_on(
 
 
 def _nearest_value(row: PrintedRow, bounds: Array) -> float:
-    """The value within bounds (2,) that is nearest to a print, without rounding noise."""
+    """The value within bounds (2,) that is nearest to a printed value, without rounding noise."""
     return round(float(np.clip(row.number.value, *bounds)), row.number.decimals + NOISE_DIGITS) + 0.0
 
 

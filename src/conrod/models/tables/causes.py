@@ -211,7 +211,7 @@ def _hypotheses(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypo
 
 
 def _unit_slips(table: TableComparison) -> Iterator[Hypothesis]:
-    """Undo units that were mistaken for others, of lengths, angles and the crank's speed."""
+    """Yield hypotheses of mistaken units, of lengths, angles and the crank's speed."""
     moving = [name for name in table.values if "." in name]
     for factor, slip in factors_both_ways(LENGTH_SLIPS):
         scaled = table.scale_columns(1.0 / factor, *moving)
@@ -273,7 +273,7 @@ def _has_enough_numbers(table: TableComparison, unknowns: int) -> bool:
 
 
 def _time_slips(table: TableComparison, wrong: Collection[str]) -> Iterator[Hypothesis]:
-    """Undo another crank zero, a clock offset, and time shifts of velocities or accelerations alone."""
+    """Yield hypotheses of wrong time: crank zero, clock offset, a shift of velocities or accelerations alone."""
     scene, shifts = table.scene, []
     # One pass has no turn in which to look anywhere: most of it the linkage does not reach.
     turns = scene.kinematics.mechanism.driver.span is None and _has_enough_numbers(table, 1)

@@ -82,5 +82,5 @@ def _row_numbers(course: Array, unknown: float) -> Array:
 
 
 def _are_equal_to_rounding(written: Array, rounded: Array) -> bool:
-    """True if numbers equal others but for double rounding."""
+    """True if two arrays of numbers are equal but for double rounding."""
     return bool(np.all(np.abs(written - rounded) <= 4.0 * EPS * written))

@@ -106,7 +106,7 @@ class _LengthSearch:
         return found
 
     def slope(self, name: str, values: dict[str, float]) -> Array:
-        """Derivative (N,) of the differences by a length [1/m], by a central difference at given lengths."""
+        """Derivative (N,) of the table's differences by a length [1/m], by a central difference."""
         probe = PROBE_SIZE * self.size
         ends = [self.differences(values | {name: values[name] + by}) for by in (probe, -probe)]
         return np.asarray((ends[0] - ends[1]) / (2.0 * probe))

@@ -43,12 +43,12 @@ def slide_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
             yield kind, f"the slide {joint.name!r} is {_slide_words(by, turn, which)}", undone, ERRORS
 
 
-def _slide_words(offset: float, turn: float, which: tuple[int, ...]) -> str:
-    """Describe the offset [m] and the tilt [rad] of a slide."""
+def _slide_words(offset: float, tilt: float, parts: tuple[int, ...]) -> str:
+    """Describe the offset [m] (part 0) and the tilt [rad] (part 1) of a slide, or one of these `parts`."""
     side = "left" if offset > 0.0 else "right"
     words = (f"offset by {1e3 * abs(offset):.4g} mm to the {side} of its direction",
-             f"tilted by {math.degrees(turn):.4g} deg about its point on the ground")  # fmt: skip
-    return " and ".join(words[k] for k in which)
+             f"tilted by {math.degrees(tilt):.4g} deg about its point on the ground")  # fmt: skip
+    return " and ".join(words[k] for k in parts)
 
 
 def _fit_slide(
@@ -89,7 +89,7 @@ def _undo_slide_change(table: TableComparison, joint: Prismatic, change: Array) 
     mechanism = solver.mechanism
 
     def move_slide(one: Joint) -> Joint:
-        """Return the slide with the offset and tilt, any other joint as it is."""
+        """Offset and tilt the fitted slide; return any other joint unchanged."""
         if one.name != joint.name:
             return one
         normal = np.array([-math.sin(joint.direction), math.cos(joint.direction)])

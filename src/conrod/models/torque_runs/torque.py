@@ -109,7 +109,7 @@ def sampled_torque(times: Array, sizes: Array, way: str) -> Sampled:
 
 
 def _torque_columns(headings: Sequence[str], own: str | None) -> list[Column]:
-    """The columns of time and torque among a table's headings."""
+    """Find the columns of time and torque among a table's headings; `own` names the torque's."""
     names = [split_heading(heading)[0] for heading in headings]
     time = next((k for k, name in enumerate(names) if name.casefold() in (TIME, OTHER_NAMES[TIME])), None)
     if time is None:

@@ -164,6 +164,7 @@ def _load(path: Path, changed: int) -> mujoco.MjModel:
 
 
 def _start(request: ModelRun) -> tuple[mujoco.MjModel, mujoco.MjData, int | None]:
+    """Load a model; return it, its data at the start, and the index of its keyframe."""
     path = Path(request.path)
     check_readable(path)
     model = _load(path, path.stat().st_mtime_ns)
@@ -172,14 +173,17 @@ def _start(request: ModelRun) -> tuple[mujoco.MjModel, mujoco.MjData, int | None
 
 
 def _state(data: mujoco.MjData) -> dict[str, Array]:
+    """Copy the fields of data that a state consists of."""
     return {name: np.array(getattr(data, name), dtype=float) for name in STATE_FIELDS}
 
 
 def _stack(states: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """Stack states by field, each (T, ...)."""
     return {name: np.array([one[name] for one in states]) for name in states[0]}
 
 
 def _set_state(data: mujoco.MjData, state: Mapping[str, Array]) -> None:
+    """Set data to a state."""
     for name, values in state.items():
         if name == "time":
             data.time = float(values)
@@ -194,11 +198,13 @@ def _perturb(states: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _positions(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
+    """Positions (nbody, 3) of all bodies [m]."""
     mujoco.mj_kinematics(model, data)
     return np.array(data.xpos)
 
 
 def _fields(model: mujoco.MjModel) -> dict[str, Array]:
+    """Physical fields of a model and its options, as numbers by name."""
     names = [
         name for name in dir(model)
         if name.startswith(FIELD_PREFIXES) and not any(part in name for part in NO_PHYSICS)
@@ -210,6 +216,7 @@ def _fields(model: mujoco.MjModel) -> dict[str, Array]:
 
 
 def _names(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
+    """Names of elements by kind, or numbers where they have none; degrees of freedom by their joints."""
     joints = (name_or_number(model, "joint", int(j)) for j in model.dof_jntid)
     found = {
         kind: tuple(name_or_number(model, kind, k) for k in range(count))
@@ -222,6 +229,7 @@ def _names(model: mujoco.MjModel) -> dict[str, tuple[str, ...]]:
 
 
 def _options(model: mujoco.MjModel) -> dict[str, str]:
+    """Integrator, solver and kind of Jacobian of a model, in words."""
     jacobian = mujoco.mjtJacobian(int(model.opt.jacobian)).name.removeprefix("mjJAC_")
     sparse = jacobian == "SPARSE" or (jacobian == "AUTO" and model.nv >= SPARSE_FREEDOMS)
     return {

@@ -112,7 +112,7 @@ def set_decades(axes: Axes, errors: list[Array]) -> None:
 
 
 def add_legend_above(figure: Figure, handles: Sequence[Any], columns: int = 9, **style: Any) -> None:
-    """Add one legend above all panels of a figure, in at most some columns."""
+    """Add a legend above all panels of a figure, of at most `columns` columns."""
     columns = min(len(handles), columns)
     figure.legend(handles=handles, loc="outside upper center", ncols=columns, **{"handlelength": 3.2, **style})
 

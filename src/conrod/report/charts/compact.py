@@ -50,7 +50,7 @@ def compact_svg(text: str) -> str:
 
 
 def _shorten_ids(root: Element) -> None:
-    """Give short ids to elements that are referred to, and none to others."""
+    """Give short ids to elements that are referred to, and remove all other ids."""
     used = {name for one in root.iter() for text in one.attrib.values() for name in REFERENCE.findall(text)}
     names = {one.get("id", ""): f"m{k}" for k, one in zip(count(), (e for e in root.iter() if e.get("id") in used))}
     for element in root.iter():

@@ -27,7 +27,7 @@ MAX_LINKS_WITH_FRAME = 3  # moving links, up to which the frame's length is draw
 
 @dataclass(frozen=True)
 class Dimension:
-    """A dimension in one place.
+    """A dimension of a drawing: its text, its arrow and its extension lines.
 
     Attributes:
         text: the text at the arrow.

@@ -111,7 +111,7 @@ def velocity_vectors(instant: InstantQuantities) -> Iterator[PolygonVector]:
 
 
 def acceleration_vectors(instant: InstantQuantities) -> Iterator[PolygonVector]:
-    """Vectors of the acceleration polygon: in their parts those about the first point of each link."""
+    """Vectors of the acceleration polygon, normal and tangential parts about each link's first point."""
     links = {link.link: link for link in (GROUND_AT_REST, *instant.links)}
     first: dict[str, str] = {}
     for one in instant.relative:

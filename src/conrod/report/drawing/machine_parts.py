@@ -189,5 +189,6 @@ class Labels:
         return Box(line.mean(axis=0), (0.5 * math.hypot(x, y), half), math.atan2(y, x))
 
     def _add_samples(self, points: Array, cost: float) -> None:
+        """Record points (N, 2) that a text would cover, and the cost of covering each."""
         self._points.append(points)
         self._costs.append(np.full(len(points), cost))

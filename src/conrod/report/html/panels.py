@@ -91,7 +91,7 @@ def panel_svg(
 
 
 def axis_ticks(low: float, high: float) -> tuple[Array, list[str]]:
-    """Return round values between two, zero among them if it lies between, and their texts."""
+    """Return round values within an interval, with zero if the interval contains it, and their texts."""
     tenth = 10.0 ** math.floor(math.log10((high - low) / MAX_LABELS))
     step = next(one * tenth for one in (1.0, 2.0, 5.0, 10.0) if (high - low) / (one * tenth) <= MAX_LABELS)
     ticks = np.asarray(step * np.arange(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1), dtype=float)

@@ -55,6 +55,7 @@ def ablate(
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
 
         def run_or_time(cases: Sequence[Case]) -> Results:
+            """Run cases side by side, or alone if they measure costs."""
             # Runs of all side by side; timings after them, alone.
             timed = any(isinstance(case, CostCase) for case in cases)
             return runner.run_alone(cases, "costs") if timed else run(cases)

@@ -187,7 +187,7 @@ JUDGED_ERRORS = ("position", "velocity", "acceleration", "total")
 
 
 def reference_errors(minimal: VariantResult) -> dict[str, float]:
-    """Return errors to compare others with: the minimal model's, at least MAX_NO_CHANGE."""
+    """Return the errors that changes are compared with: the minimal model's, at least MAX_NO_CHANGE."""
     own = minimal.errors or {}
     return {q: max(own.get(q, 0.0), MAX_NO_CHANGE) for q in JUDGED_ERRORS}
 

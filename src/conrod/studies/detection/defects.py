@@ -269,7 +269,7 @@ def find_other_assembly(reference: ExactReference) -> Kinematics | None:
 
 
 def _has_distant_point(points: Any, shown: Any, size: float) -> bool:
-    """True if an observed point keeps a distance from its healthy positions at all crank angles.
+    """True if an observed point is off its healthy position at every crank angle.
 
     Args:
         points, shown: positions (T, 2) [m] by observed point, as `point_derivatives` returns them, of the other

@@ -123,6 +123,7 @@ class ForceResult(JudgedResult):
         }
 
     def judged_points(self, name: str) -> Mapping[str, float]:
+        """Judged errors of a group's quantities by name, weighed."""
         known = {one: size.max for one in self.groups.get(name, ()) if (size := (self.errors or {}).get(one))}
         return self.weigh(name, known)
 
@@ -132,7 +133,7 @@ class ForceResult(JudgedResult):
         return {g: {name: known[name].peak for name in names if name in known} for g, names in self.groups.items()}
 
     def apparent_wrong_masses(self) -> dict[str, float]:
-        """Return the likeness of each wrong mass that the errors look like, by "body.property"."""
+        """Return the wrong masses that the errors look like, each with its likeness, by "body.property"."""
         return {name: times for name, times in (self.likeness or {}).items() if not abs(times) <= MIN_LIKENESS}
 
     def _with_tolerances(self, tolerances: Mapping[str, float]) -> Self:

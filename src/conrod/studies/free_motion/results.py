@@ -103,6 +103,7 @@ class MotionResult(JudgedResult):
         return (float(np.max(found)) if found else None) if name == "position" else self.largest(name)
 
     def judged_points(self, name: str) -> Mapping[str, float]:
+        """Judged position errors by observed point, weighed; empty for the energy."""
         sizes = self.errors or {} if name == "position" else {}
         return self.weigh(name, {point: size["max"] for point, size in sizes.items()})
 

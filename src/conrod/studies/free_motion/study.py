@@ -136,6 +136,7 @@ class MotionCase(JudgedCase[MotionResult]):
 
     @property
     def effort(self) -> float:
+        """Number of bodies, as costs grow with it."""
         return len(self.scene.kinematics.mechanism.bodies)
 
     @property

@@ -52,7 +52,7 @@ def _mark_style(run: ValidationResult) -> dict[str, Any]:
 
 
 def _draw_panel(axes: Axes, turn: DrawnTurn, quantity: str, curve: ExactCurve, runs: list[ValidationResult]) -> None:
-    """Draw an exact curve, its extremes, and the samples of all runs; those far off stand on the edge."""
+    """Draw an exact curve, its extremes, and the samples of all runs; distant samples are drawn on the edge."""
     values = np.concatenate([values for _, values in curve.pieces])
     low, high = float(values.min()), float(values.max())
     span = high - low if high - low > curve.noise else max(abs(high), 1.0)

@@ -114,7 +114,7 @@ class DrawnTurn:
 
     @property
     def printed_ends(self) -> tuple[float, float]:
-        """Its ends without the whole turns before [deg]."""
+        """Ends of the drawn turn without the whole turns before it [deg]."""
         first, last = (math.degrees(end - self.whole) for end in self.ends)
         return first, last
 

@@ -131,6 +131,7 @@ def break_angles_text(scene: Scene) -> str:
 
 
 def _live_html(part: Part[SceneStudy], anchor: str) -> str:
+    """Return the HTML of the drawing that moves, under an anchor of the page; empty if nothing is drawn."""
     from conrod.studies.validation.machine_page import machine_html
 
     return machine_html(part, anchor)

@@ -214,6 +214,7 @@ class ValidationResult(JudgedResult):
         return {f"{q.replace('_', ' ')} of {link}" if (link := self._link(q)) else q: pairs[q] for q in pairs}
 
     def _link(self, name: str) -> str:
+        """Name of the link whose rotation a tolerance of this name judges; empty for a point's tolerance."""
         return self.largest_rotation(name)[0] if name in ROTATIONS else ""
 
     @property
@@ -229,6 +230,7 @@ class ValidationResult(JudgedResult):
         return float(np.max(found)) if found else None
 
     def judged_points(self, name: str) -> Mapping[str, float]:
+        """Judged errors by observed point, or by link for rotations, weighed."""
         if name in ROTATIONS:
             links = (self.links or {}).items()
             return self.weigh(name, {link: errors[name]["max"] for link, errors in links if name in errors})
