@@ -28,7 +28,7 @@ Sizes = Mapping[str, float]
 
 # Raised when a result of the same case would come out otherwise, mean something else or be written otherwise than
 # before: each ledger of an older version is emptied.
-CACHE_VERSION = 3
+CACHE_VERSION = 4
 
 
 @dataclass(frozen=True)

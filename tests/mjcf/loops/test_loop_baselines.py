@@ -23,8 +23,9 @@ def few_short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
     monkeypatch.setattr("conrod.models.loops.study.FINER", (1,))
     monkeypatch.setattr("conrod.models.loops.study.COARSER", (2,))
-    for module in ("conrod.models.loops.api", "conrod.studies.free_motion.api"):
-        monkeypatch.setattr(f"{module}.STEP_FACTORS", SPEED_FACTORS[:1])  # four take four times as long
+    # Four take four times as long.
+    monkeypatch.setattr("conrod.execution.baseline.SPEED_FACTORS", SPEED_FACTORS[:1])
+    monkeypatch.setattr("conrod.studies.free_motion.api.STEP_FACTORS", SPEED_FACTORS[:1])
 
 
 def judged(file: Path, text: str = four_bar(), **words: Any) -> Any:
