@@ -1,4 +1,4 @@
-"""Commands of before, as CHANGELOG.md lists them, are answered with the new ones that stand beside them."""
+"""Commands of before, as docs/before-0.1.0.md lists them, are answered with the new ones that stand beside them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from command_line import conrod
 
 from conrod.cli import VERBS
 
-CHANGELOG = (Path(__file__).parents[2] / "CHANGELOG.md").read_text(encoding="utf-8")
-COMMANDS = re.findall(r"^\| `conrod ([^`]+)` \| `conrod ([^`]+)` \|$", CHANGELOG, re.MULTILINE)
+HISTORY = (Path(__file__).parents[2] / "docs/before-0.1.0.md").read_text(encoding="utf-8")
+COMMANDS = re.findall(r"^\| `conrod ([^`]+)` \| `conrod ([^`]+)` \|$", HISTORY, re.MULTILINE)
 
 
 @pytest.mark.parametrize(("before", "now"), COMMANDS)
