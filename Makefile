@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release site check environments clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection stale inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release site check environments clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -81,6 +81,9 @@ pymunk-models: $(READY) ## rewrite the committed Python modules that build all m
 
 detection: $(READY) ## how small a defect the verdicts notice, and false alarms: rewrite reports/detection/; an hour, can be interrupted
 	$(BIN)/python -m docs.studies.detection --out reports/detection
+
+stale: $(READY) ## what of the committed reports is out of date: some runs of each made again, SECONDS of CPU in all [60]
+	$(BIN)/python -m docs.studies.stale --seconds $(or $(SECONDS),60) $(if $(SEED),--seed $(SEED))
 
 inputs: $(READY) ## 200 inputs of ten kinds, half of them wrong: are causes named? Rewrites the table in docs/detection.md; ten minutes
 	$(BIN)/python -m docs.studies.inputs --write docs/detection.md
