@@ -47,6 +47,16 @@ def test_the_worst_error_of_a_run_is_over_all_points() -> None:
     assert math.isnan(failed.judged_error("phase"))
 
 
+def test_errors_of_points_are_judged_by_the_weights_of_their_limit() -> None:
+    sizes = {"C": Size(1e-4, 9e-5, 0.0), "M": Size(3e-4, 2e-5, 0.0)}
+    run = judged_run("as it is", errors={name: {"velocity": size} for name, size in sizes.items()})
+    weighed = replace(STUDY, weights={"velocity": {"M": 2.0}, "velocity_rms": {"C": 3.0}})
+    assert weighed.judged_points(run, "velocity") == {"C": 1e-4, "M": 6e-4}
+    assert weighed.judged_points(run, "velocity_rms") == {"C": pytest.approx(2.7e-4), "M": 2e-5}
+    assert weighed.judged_points(run, "phase") == {}
+    assert STUDY.judged_points(run, "velocity") == {"C": 1e-4, "M": 3e-4}
+
+
 @pytest.mark.parametrize(("tolerance", "allowed"), [
     (None, 1e-6), ({"velocity": 0.1}, 1e-6), ({"position": 1e-4}, 1e-4), ({}, 1e-6),
 ])  # fmt: skip

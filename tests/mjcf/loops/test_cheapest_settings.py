@@ -17,11 +17,12 @@ from four_bars import four_bar
 
 from conrod.comparison.other_forces import CONTACT, OtherForce
 from conrod.comparison.trajectory import Outcome
+from conrod.engines.mujoco.compat import enable_bit
 from conrod.execution.paired_timing import PairedTiming
-from conrod.mjcf.edits import apply_recipe
+from conrod.mjcf.edits import Edit, apply_recipe
 from conrod.mjcf.loop_results import OWN, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
 from conrod.models.loops import study
-from conrod.models.loops.search import search_settings
+from conrod.models.loops.search import _excess, search_settings
 from conrod.models.loops.settings import after_compiling, mjcf_lines, python_lines, settings_edits
 from conrod.models.loops.settings_words import lines_to_paste, settings_words
 
@@ -65,6 +66,28 @@ def search(
 # -- the search --------------------------------------------------------------------------------------------------------
 
 
+def test_limits_of_nothing_hold_for_no_setting() -> None:
+    run, shipped = LoopRun("hardened", STEP, Outcome.COMPLETED, "", {"position": 0.0}, "P", 0.0), RUNS
+    assert _excess(run, shipped, {"position": 0.0}, "any", math.inf) == math.inf
+    assert _excess(run, shipped, {"position": 1e-4}, "within", 0.0) == math.inf
+    assert _excess(run, shipped, {"position": 1e-4}, "within", 1e-8) == pytest.approx(0.1)
+
+
+def test_nothing_is_nearest_where_no_run_completed() -> None:
+    found, _ = search({"hardened": lambda h: math.inf})
+    assert (found.best, found.nearest) == (None, None)
+
+
+def test_weights_are_read_again_where_a_flag_had_hid_them() -> None:
+    model = mujoco.MjModel.from_xml_string(four_bar())
+    hidden, kept = enable_bit("DIAGEXACT"), int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    model.opt.enableflags = hidden | kept
+    flags = [edit for edit in settings_edits(model, "hardened", 1e-3, 1.0, idle=False) if edit.array == "enableflags"]
+    assert flags == ([Edit("enableflags", kept)] if hidden else [])
+    model.opt.enableflags = kept
+    assert "enableflags" not in [edit.array for edit in settings_edits(model, "hardened", 1e-3, 1.0, idle=False)]
+
+
 def test_search_finds_8_ms_where_16_ms_fails_and_shows_both() -> None:
     # 1e-4 m at 11.9 ms, by order 4: within at 8 ms, out of tolerance at 16 ms.
     found, tried = search({"hardened": lambda h: 1e-4 * (h / 11.9e-3) ** 4})
@@ -74,7 +97,7 @@ def test_search_finds_8_ms_where_16_ms_fails_and_shows_both() -> None:
     assert found.best.is_within(ALLOWED)
     assert not found.coarser.is_within(ALLOWED)
     assert tried == [("hardened", power) for power in range(5)]
-    assert found.best.cost == 5.0 / 8.0
+    assert (found.best.cost, found.coarser.cost) == (5.0 / 8.0, 5.0 / 16.0)
     # 5 us a step of 8 ms, and 1 us a step of 1 ms.
     assert (found.speed, found.own_speed) == (pytest.approx(1600.0), pytest.approx(1000.0))
 
