@@ -249,6 +249,26 @@ def test_rates_that_open_a_loop_are_compared_with_required_rates() -> None:
     assert 0.0 < found.opening <= 0.5 * 0.3
 
 
+SLIDER = """<mujoco><worldbody><body><joint name="crank" axis="0 0 1"/><geom size="0.01"/>
+<body pos="0 0.3 0"><joint name="rod" axis="0 0 1"/><geom size="0.01"/><site name="end" pos="0.4 -0.3 0"/></body></body>
+<body pos="0.4 0 0"><joint name="slide" type="slide" axis="1 0 0"/><geom size="0.01"/><site name="pin"/></body>
+</worldbody>
+<equality><connect name="pin" site1="end" site2="pin"/></equality></mujoco>"""
+
+
+def test_rate_of_a_slide_that_opens_a_loop_is_a_speed() -> None:
+    # The crank, upright, moves the rod's end by 0.3 w: the rod of 0.5 m does not rotate then.
+    machine, model = driven(SLIDER, {"crank": "60rpm"}, 0.01), mujoco.MjModel.from_xml_string(SLIDER)
+    data = mujoco.MjData(model)
+    assert start_rate_violation(machine, data) is None  # at rest
+    data.qvel[:] = 1.0, -1.0, 0.2
+    found = start_rate_violation(machine, data)
+    assert found is not None
+    assert (found.joint, found.unit) == ("slide", "m/s")
+    assert (found.found, found.asked) == (0.2, pytest.approx(-0.3))
+    assert found.opening == pytest.approx(0.5)
+
+
 def test_causes_take_the_place_of_a_guess(tmp_path: Path) -> None:
     assert append_causes("it stops") == append_causes("it stops", "", "stops") == "it stops"
     assert append_causes("it stops", "a", "", "b") == "it stops; a; b"
