@@ -173,7 +173,7 @@ class DrivenTree(Assembly):
         """Close predicted poses (nq, T); raises InvalidInput where the loops do not close, or are singular.
 
         Args:
-            usual: determinants (T,) of the reduced Jacobians at the knots.
+            usual: singular values (T, r) of the reduced Jacobians at the knots.
         """
         bearable = 3.0 * self.misfit + NEARLY_CLOSED * self.tree.extent
         for _ in range(MAX_NEWTON_STEPS):
@@ -184,9 +184,13 @@ class DrivenTree(Assembly):
             step[self.free] = np.einsum("tfr,tr->ft", columns, self.solve_reduced(matrix, -seen, times))
             coordinates = displace(self.tree, coordinates, step)
             if np.abs(step).max() <= LAST_NEWTON_STEP and np.abs(left).max() <= bearable:
-                # At a singular pose itself rounding decides on the sign.
-                shares = np.linalg.det(matrix) / usual
+                # At a singular pose itself rounding decides on the sign. The determinant of many loops is small
+                # wherever each is a little nearer to one than at the knot: there the least singular value tells.
+                shares = np.linalg.det(matrix) / usual.prod(axis=1)
                 if np.all(shares > RANK_TOLERANCE):
+                    return coordinates
+                least = np.linalg.svd(matrix, compute_uv=False)[:, -1] / usual[:, -1]
+                if np.all((shares > 0.0) & (least > RANK_TOLERANCE)):
                     return coordinates
                 raise InvalidInput(self.singular_message(float(times[int(np.argmin(shares))])))
         values = np.linalg.svd(np.nan_to_num(matrix), compute_uv=False)
@@ -200,13 +204,13 @@ class DrivenTree(Assembly):
         """Poses (nq, T) from the series of the nearest knots.
 
         Returns:
-            The knots' bases (T, rows, r), (T, free, r) and determinants (T,) of their reduced Jacobians, too.
+            The knots' bases (T, rows, r), (T, free, r) and singular values (T, r) of their reduced Jacobians, too.
         """
         at = np.array([knot.time for knot in self.knots])
         nearest = np.abs(at[:, None] - times).argmin(axis=0)
         rows, columns = (np.array([getattr(knot, name) for knot in self.knots]) for name in ("rows", "columns"))
-        determinants = np.array([knot.values[: rows.shape[2]].prod() for knot in self.knots])
-        return self._predict(self.knots, nearest, times)[0], rows[nearest], columns[nearest], determinants[nearest]
+        values = np.array([knot.values[: rows.shape[2]] for knot in self.knots])
+        return self._predict(self.knots, nearest, times)[0], rows[nearest], columns[nearest], values[nearest]
 
 
 def _displacement(series: Array, elapsed: Array | float) -> Array:
