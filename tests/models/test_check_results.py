@@ -47,7 +47,7 @@ def test_the_worst_error_of_a_run_is_over_all_points() -> None:
     assert math.isnan(failed.judged_error("phase"))
 
 
-def test_errors_of_points_are_judged_by_the_weights_of_their_limit() -> None:
+def test_errors_of_points_are_judged_by_their_limits_weights() -> None:
     sizes = {"C": Size(1e-4, 9e-5, 0.0), "M": Size(3e-4, 2e-5, 0.0)}
     run = judged_run("as it is", errors={name: {"velocity": size} for name, size in sizes.items()})
     weighed = replace(STUDY, weights={"velocity": {"M": 2.0}, "velocity_rms": {"C": 3.0}})
