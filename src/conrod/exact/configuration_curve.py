@@ -68,7 +68,7 @@ class ConfigurationCurve:
         self.unit = math.sqrt(len(mechanism.bodies))
         self._lengths = self._equations.row_lengths(size)
         self._fixed_arcs: dict[str, int] = {}
-        self._pins = SparsePins.of(mechanism, self.scale, self._lengths)
+        self._pins = SparsePins.from_mechanism(mechanism, self.scale, self._lengths)
 
     def with_arcs(self, arcs: dict[str, int]) -> Self:
         """Return the curve for rollers that stay on given arcs of their cams, smooth beyond the arcs' ends."""

@@ -121,7 +121,7 @@ def diameter(points: Array) -> float:
     across, flat = np.column_stack([np.cos(directions), np.sin(directions)]), np.ascontiguousarray(points.T)
 
     def widths(some: Array) -> Array:
-        """Widths in some directions, a few at a time: what they make of all points then fits the cache."""
+        """Widths of the points in some directions, a few at a time, so that all projections fit the cache."""
         blocks = range(0, len(some), DIRECTIONS_TOGETHER)
         return np.concatenate([np.ptp(some[k : k + DIRECTIONS_TOGETHER] @ flat, axis=1) for k in blocks])
 

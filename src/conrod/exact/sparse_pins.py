@@ -38,7 +38,7 @@ class SparsePins:
         self._arrange_entries()
 
     @classmethod
-    def of(cls, mechanism: Mechanism, scale: Array, lengths: Array) -> Self | None:
+    def from_mechanism(cls, mechanism: Mechanism, scale: Array, lengths: Array) -> Self | None:
         """Return the pins of a mechanism; None if it has few bodies, or other joints."""
         pins = [joint for joint in mechanism.joints if isinstance(joint, Revolute)]
         large = len(mechanism.bodies) >= MIN_BODIES and len(pins) == len(mechanism.joints)

@@ -40,7 +40,11 @@ def keep_earlier_digits(before: Any, now: Any, digits: int | None, digits_of: Di
         if (array := _kept_array(before, now, digits)) is not None:
             return array
         return [keep_earlier_digits(*pair, digits, digits_of, places) for pair in zip(before, now, strict=True)]
-    if isinstance(now, float) and isinstance(before, float) and abs(now - before) <= _allowed(before, now, digits):
+    if (
+        isinstance(now, float)
+        and isinstance(before, float)
+        and abs(now - before) <= _largest_kept_difference(before, now, digits)
+    ):
         return before
     return now
 
@@ -87,7 +91,7 @@ def _kept_places(before: Mapping[str, Any], kept: Mapping[str, Any], place: str,
 
 def _kept_array(before: list[Any], now: list[Any], digits: int | None) -> list[Any] | None:
     """Return the numbers of nested lists, the earlier ones where they are the same; None if these are no array."""
-    old, new = _leaves(before), _leaves(now)
+    old, new = _flatten_lists(before), _flatten_lists(now)
     if len(old) != len(new) or not all(isinstance(one, float) for one in (*old, *new)):
         return None
     if digits is not None:
@@ -103,20 +107,20 @@ def _kept_array(before: list[Any], now: list[Any], digits: int | None) -> list[A
     )
     noise = 0.0 if digits is None else NOISE
     kept = iter([was if abs(is_ - was) <= max(ROOM * unit, noise) else is_ for was, is_, unit in pairs])
-    return _refilled(now, kept)
+    return _refill_lists(now, kept)
 
 
-def _leaves(values: Any) -> list[Any]:
-    """Return what nested lists hold, in order."""
-    return [leaf for part in values for leaf in _leaves(part)] if isinstance(values, list) else [values]
+def _flatten_lists(values: Any) -> list[Any]:
+    """Return the numbers, or other values, in nested lists, in order."""
+    return [leaf for part in values for leaf in _flatten_lists(part)] if isinstance(values, list) else [values]
 
 
-def _refilled(values: list[Any], leaves: Iterator[Any]) -> list[Any]:
+def _refill_lists(values: list[Any], leaves: Iterator[Any]) -> list[Any]:
     """Return nested lists of the same shape that hold other values."""
-    return [_refilled(part, leaves) if isinstance(part, list) else next(leaves) for part in values]
+    return [_refill_lists(part, leaves) if isinstance(part, list) else next(leaves) for part in values]
 
 
-def _allowed(before: float, now: float, digits: int | None) -> float:
+def _largest_kept_difference(before: float, now: float, digits: int | None) -> float:
     """Return the largest difference of two numbers that are the same but for their last kept digit."""
     unit = _unit(max(abs(before), abs(now)), ALL_DIGITS if digits is None else digits)
     if digits is None:

@@ -172,7 +172,7 @@ def _error_text(name: str, size: float | None, lengths: Mapping[str, float]) -> 
 def criterion_cells(
     name: str, allowed: float, size: float | None, lengths: Mapping[str, float]
 ) -> tuple[Cell, Cell, Cell]:
-    """Return a criterion and what was found, in equal digits and notation, and whether it is within."""
+    """Return a criterion, the measured size in equal digits and notation, and whether the size is within."""
     factor, unit = 1.0, "" if lengths else f" {unit_in_prose(SECTION_UNITS.get(name, ''))}"
     if name == "phase":
         factor, unit = numbers.SHOWN_UNITS["rad"][1], " deg"

@@ -39,7 +39,7 @@ def inputs_section(files: Sequence[Path], scene: Scene | None) -> VerificationSe
 
 
 def machine_section(scene: Scene, changed: Sequence[str]) -> VerificationSection:
-    """Return the section on the machine: what it is, its speed, and all its parameters with masses.
+    """Return the section on the machine: title, drawing, speed, and all parameters with masses.
 
     Args:
         scene: the machine.

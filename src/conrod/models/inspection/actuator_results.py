@@ -140,7 +140,7 @@ class StepBounds:
 
 
 def largest_step_words(size: str) -> str:
-    """Say how large the largest stable step is, and by what it is one."""
+    """Say how large the largest stable step is, and which response at half of it makes it stable."""
     return f"largest stable step {size} (half of it has the same response within {percent_text(SAME_RESPONSE)})"
 
 

@@ -29,7 +29,7 @@ OWN_SECONDS, MAX_OWN_STEPS = 3.0, 6000  # length of the file's own run
 FORCE_SECONDS, MAX_FORCE_STEPS = 1.0, 4000  # longest run of a force
 FORCE_ROOM = 0.4  # of its range, that a force is run through
 MOVES = 1e-3  # of the machine's size: a body that moves by more is seen to move
-FAR = 3.0  # of the machine's size: what falls further is drawn until then
+MAX_DISTANCE = 3.0  # from the machine, in its sizes: a body that falls further is drawn until it does
 
 
 @dataclass
@@ -70,7 +70,7 @@ def draw_own_runs(
     own, seconds, broke = _record(model, copy.copy(start), lambda data: None, steps)
     places, moved = start_words(model, keyframe, np.array(start.ctrl).tolist()), _displacements(model, own)
     if not runs or broke or moved.max() > MOVES:
-        near = max(2, int(np.argmax(moved > FAR)) if np.any(moved > FAR) else len(moved))
+        near = max(2, int(np.argmax(moved > MAX_DISTANCE)) if np.any(moved > MAX_DISTANCE) else len(moved))
         seconds *= (near - 1) / max(1, len(moved) - 1)
         runs.append(RunToDraw(f"run as the file has it, from {places}", "", seconds, own[:, :near], broke))
     return draw_links(model, None, runs)
