@@ -197,7 +197,7 @@ def figure(machines: Sequence[Machine]) -> Figure:
     names = [defect + (" (forces)" if kind == "forces" else "") for kind, defect in kinds]
     units = ["-" if unit.startswith("%") else unit for unit in kinds.values()]
     set_rows(axes, [f"{n} [{u}]" for n, u in zip(names, units, strict=True)], 0.6)
-    axes.set_xlabel("smallest size that the verdict notices, [-] as a fraction of the value itself; a mark is a machine")
+    axes.set_xlabel("smallest size noticed, [-] as a fraction of the value itself; a mark is a machine")
     for name, mark in labels.items():
         mark.set_label(name)
     add_legend_above(drawn, [*labels.values()], handlelength=1.5)
