@@ -31,6 +31,7 @@ import pytest
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import LocalProcesses
 from conrod.execution.results_table import TIMING_FIELDS
+from conrod.execution.runner import available_cores
 from conrod.execution.writing import TEMPORARY_PREFIX
 from tests.support.command_line import conrod
 
@@ -38,7 +39,8 @@ pytestmark = pytest.mark.slow
 
 SEED = int(os.environ.get("CONROD_ATTACK_SEED", "1"))
 LONGEST = 60.0  # [s]
-MODELS, KILLS, AT_A_TIME = 1000, 20, 8
+MODELS, KILLS = 1000, 20
+WORKERS = available_cores()
 BUDGET = float(os.environ.get("CONROD_ATTACK_SECONDS", "900"))  # [s] of CPU time for mutated models, in one go
 ROOT = Path(__file__).parents[2]
 PATIENCE, MEMORY = 600.0, 6_000_000_000  # [s] of wall time, [bytes]: of a worker that has many of them
@@ -138,9 +140,9 @@ def test_mutated_models_are_answered_or_refused_in_one_line(arena: Path, report:
     before, spent = len(record.ends), 0.0
     left = [k for k in range(MODELS) if k not in record.ends]
     try:
-        with LocalProcesses(2, timeout=PATIENCE, memory=MEMORY) as executor:
+        with LocalProcesses(WORKERS, timeout=PATIENCE, memory=MEMORY) as executor:
             while left and spent < BUDGET:
-                some, left = left[:AT_A_TIME], left[AT_A_TIME:]
+                some, left = left[: 4 * WORKERS], left[4 * WORKERS :]
                 tries = [executor.submit(models.attempt_here, *cases[k]) for k in some]
                 for k, future in zip(some, tries, strict=True):
                     record.keep(k, end_of_mutant(future, cases[k]))
