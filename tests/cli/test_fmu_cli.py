@@ -105,6 +105,15 @@ def test_fmu_is_judged_in_both_modes(tmp_path: Path, library: Path) -> None:
     found = json.loads((tmp_path / "m.json").read_text())["parts"]["table"]["findings"]
     assert (done.returncode, "model-exchange, 1000 steps a turn, CVode at 1e-09" in found["form"]) == (0, True)
     assert found["errors"]["C"]["position"]["size"]["max"] < 1e-7
+    assert "build" not in found["form"]
+
+
+@at_once
+def test_token_of_another_build_is_said(tmp_path: Path, library: Path) -> None:
+    saw(tmp_path, library, "{8c4e810f-3df3-4a00-8276-176fa3c9f013}")
+    done = conrod(*CHECK, *POINT, *JUDGED, cwd=tmp_path)
+    said = "its binary does not contain its token '{8c4e810f-3df3-4a00-8276-176fa3c9f013}', and may be of another build"
+    assert (done.returncode, said in " ".join(done.stdout.split())) == (0, True), done.stdout + done.stderr
 
 
 @at_once

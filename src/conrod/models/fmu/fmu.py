@@ -71,7 +71,8 @@ def run_fmu(
     has = "".join(f"; it has {other}, too: --preset {other}" for other in fmu.modes if other != mode)
     solver = f", CVode at {SOLVER_TOLERANCES[mode]:.0e}" if mode in SOLVER_TOLERANCES else ""
     tool = f"; {fmu.tool}" if fmu.tool else ""
-    form = f"FMI {fmu.version} {mode}, {steps} steps a turn{solver}{tool}{has}"
+    token = f"; its binary does not contain its token {fmu.foreign_token[:60]!r}, and may be of another build"
+    form = f"FMI {fmu.version} {mode}, {steps} steps a turn{solver}{tool}{has}{token if fmu.foreign_token else ''}"
     return check_values(columns, values, np.arange(1, len(values) + 1), unused, form)
 
 
@@ -178,12 +179,15 @@ class FmuDescription:
         version: version of FMI.
         tool: tool that wrote the FMU; empty where it does not say.
         modes: modes of the FMU, of `MODES`.
+        foreign_token: token (a GUID in FMI 2.0) where no binary contains it, so that description and binary may be of
+            different builds; else empty.
     """
 
     version: str
     tool: str
     modes: tuple[str, ...]
     variables: tuple[FmuVariable, ...]
+    foreign_token: str = ""
 
 
 def read_fmu(path: Path, folder: str) -> FmuDescription:
@@ -208,13 +212,21 @@ def read_fmu(path: Path, folder: str) -> FmuDescription:
         has = f"FMI {found.fmiVersion}, {' and '.join(modes) or 'neither'}"
         raise InvalidInput(f"co-simulation and model exchange of FMI 2.0 and 3.0 are run: it has {has}")
     folders = [f"binaries/{name}/" for name in (fmpy.platform, fmpy.platform_tuple)]
-    if not any(name.startswith(tuple(folders)) for name in names):
+    binaries = [name for name in names if name.startswith(tuple(folders))]
+    if not binaries:
         there = sorted({name.rpartition("/")[0] for name in names if name.startswith("binaries/")})
         raise InvalidInput(
             f"it has no binary for this platform, {' or '.join(folders)}, but {', '.join(there) or 'none'}; of C "
             "sources `fmpy compile` builds one"
         )
-    return FmuDescription(found.fmiVersion, found.generationTool or "", modes, tuple(_real_variables(found)))
+    token = found.guid or ""
+    foreign = "" if any(_contains(Path(folder, name), token) for name in binaries) else token
+    return FmuDescription(found.fmiVersion, found.generationTool or "", modes, tuple(_real_variables(found)), foreign)
+
+
+def _contains(file: Path, text: str) -> bool:
+    """Whether a file contains a text; a token is looked for without its braces, which some generators add."""
+    return file.is_file() and text.strip("{} ").encode() in file.read_bytes()
 
 
 def _real_variables(found: Any) -> Iterator[FmuVariable]:
