@@ -15,6 +15,7 @@ from described import FOUR_BAR, SLIDER_CRANK, shuffle_declarations, tables, with
 from conrod import MuJoCoSettings
 from conrod.errors import InvalidInput
 from conrod.execution.run import RunCase
+from conrod.execution.tolerances import EXAMPLES
 from conrod.mechanism.units import FACTORS, _unit_registry, parse_quantity
 from conrod.scenes.described_scene import DescribedScene, read_scene, scene_from_tables
 
@@ -101,10 +102,21 @@ def test_parameter_error_names_the_place(defect: str, write: Path) -> None:
         ("5 us", "s", 5e-6),
         ("3 N m s/rad", "N*m*s/rad", 3.0),
         ("2 N s/mm", "N*s/m", 2000.0),
+        ("5Nm", "N*m", 5.0),
+        ("1.2 kNm", "N*m", 1200.0),
+        ("200 Ncm", "N*m", 2.0),
+        ("7 Nmm", "N*m", 0.007),
+        ("4 Nm/rad", "N*m/rad", 4.0),
+        ("0.3 Nms/rad", "N*m*s/rad", 0.3),
     ],
 )
 def test_unit_spellings_are_equal(text: str, unit: str, value: float) -> None:
     assert parse_quantity("it", text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("unit", EXAMPLES)
+def test_examples_of_tolerances_are_quantities(unit: str) -> None:
+    assert parse_quantity("it", EXAMPLES[unit], unit) > 0.0
 
 
 def test_common_factors_are_those_of_pint() -> None:

@@ -33,6 +33,8 @@ UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
 SUPERSCRIPTS = str.maketrans({"²": "^2", "³": "^3"})
 BARE_POWER = re.compile(r"(?<=[A-Za-zµμ°])([+-]?\d)")
 PRODUCT_DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
+# A torque as data sheets print it, 5 Nm or 200 Ncm, which pint reads as a number of metres; with s that of a damper.
+TORQUE = re.compile(r"(?<![A-Za-z])([kMmµμ]?)N(mm|cm|m)(s?)(?![A-Za-z])")
 REVOLUTION = 2.0 * math.pi  # [rad]
 RPM = REVOLUTION / 60.0  # [rad/s]
 MM = 1e3  # millimetres in a metre
@@ -82,7 +84,7 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
             f"{name} = {text!r}: decimals are written with a point, as in {stripped.replace(',', '.')!r}"
         )
     raised = stripped[number.end() :].strip().translate(SUPERSCRIPTS).replace("**", "^")
-    written = BARE_POWER.sub(r"^\1", PRODUCT_DOT.sub("*", raised))
+    written = TORQUE.sub(_torque_product, BARE_POWER.sub(r"^\1", PRODUCT_DOT.sub("*", raised)))
     if not written:
         check_bare_angle(name, float(number.group()), unit)
         return float(number.group())
@@ -91,6 +93,12 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
         raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
     return _convert(name, text, float(number.group()), written, unit)
+
+
+def _torque_product(torque: re.Match[str]) -> str:
+    """Write a torque, or a torque times a second, as a product: kN*m for kNm."""
+    prefix, length, second = torque.groups()
+    return f"{prefix}N*{length}{'*s' if second else ''}"
 
 
 def check_bare_angle(name: str, value: float, unit: str) -> None:
