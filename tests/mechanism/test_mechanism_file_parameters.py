@@ -102,6 +102,8 @@ def test_parameter_error_names_the_place(defect: str, write: Path) -> None:
         ("5 us", "s", 5e-6),
         ("3 N m s/rad", "N*m*s/rad", 3.0),
         ("2 N s/mm", "N*s/m", 2000.0),
+        ("60 r/min", "rad/s", 2.0 * math.pi),
+        ("60RPM", "rad/s", 2.0 * math.pi),
         ("5Nm", "N*m", 5.0),
         ("1.2 kNm", "N*m", 1200.0),
         ("200 Ncm", "N*m", 2.0),
@@ -112,6 +114,13 @@ def test_parameter_error_names_the_place(defect: str, write: Path) -> None:
 )
 def test_unit_spellings_are_equal(text: str, unit: str, value: float) -> None:
     assert parse_quantity("it", text, unit) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["8.3 Hz", "500 min-1", "500 1/min", "52 s^-1", "52 1/s", "5 s^-2"])
+def test_rate_of_turns_or_radians_is_refused(text: str) -> None:
+    unit = "rad/s^2" if text.endswith("-2") else "rad/s"
+    with pytest.raises(InvalidInput, match="may mean turns or radians; give rpm"):
+        parse_quantity("speed", text, unit)
 
 
 @pytest.mark.parametrize("unit", EXAMPLES)

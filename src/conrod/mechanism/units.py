@@ -33,6 +33,10 @@ UNIT = re.compile(rf"{TERM}(\s*[*/·\s]\s*{TERM})*")
 SUPERSCRIPTS = str.maketrans({"²": "^2", "³": "^3"})
 BARE_POWER = re.compile(r"(?<=[A-Za-zµμ°])([+-]?\d)")
 PRODUCT_DOT = re.compile(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])")
+# A rate that counts turns or radians without saying which: catalogues mean turns by min^-1, physicists radians by s^-1.
+ROTATION_UNITS = {"rad/s": "rpm or rad/s", "rad/s^2": "rpm/s or rad/s²"}
+PER_TIME = re.compile(r"1 ?/ ?(s|sec|min|h)(\^2)?|(s|sec|min|h)\^-[12]")
+RPM_SPELLINGS = dict.fromkeys(("RPM", "Rpm", "r/min", "U/min"), "rpm")
 # A torque as data sheets print it, 5 Nm or 200 Ncm, which pint reads as a number of metres; with s that of a damper.
 TORQUE = re.compile(r"(?<![A-Za-z])([kMmµμ]?)N(mm|cm|m)(s?)(?![A-Za-z])")
 REVOLUTION = 2.0 * math.pi  # [rad]
@@ -88,10 +92,12 @@ def parse_quantity(name: str, text: str, unit: str) -> float:
     if not written:
         check_bare_angle(name, float(number.group()), unit)
         return float(number.group())
+    if unit in ROTATION_UNITS:
+        written = RPM_SPELLINGS.get(written, written)
+        if re.search(r"\b[kM]?Hz\b|hertz", written) or PER_TIME.fullmatch(written):
+            raise InvalidInput(f"{name} = {text!r}: {raised} may mean turns or radians; give {ROTATION_UNITS[unit]}")
     if not UNIT.fullmatch(written):
         raise _unknown_unit_error(name, text, written, unit)
-    if unit == "rad/s" and re.search(r"\b[kM]?Hz\b|hertz", written):
-        raise InvalidInput(f"{name} = {text!r}: Hz may mean turns or radians per second; give rpm or rad/s")
     return _convert(name, text, float(number.group()), written, unit)
 
 
