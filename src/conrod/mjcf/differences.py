@@ -14,6 +14,7 @@ from conrod.exact.space import SpatialBody, SpatialClosure, SpatialTree, displac
 from conrod.exact.space.drive_laws import DriveLaw
 from conrod.exact.space.forward_kinematics import forward_kinematics
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
+from conrod.report.numbers import unequal_quantities
 
 # Numbers of a file with six digits are the same within this share of the machine's extent, or angle [rad].
 NUMBER_TOLERANCE = 1e-6
@@ -265,4 +266,5 @@ def _length_words(parent: str, name: str, place: Array, theirs: Array) -> str:
         return f"{name} is {1e3 * float(np.linalg.norm(place - theirs)):.3g} mm off its place on {parent}"
     share = own / right - 1.0
     way = "longer" if share > 0.0 else "shorter"
-    return f"{parent} is {100.0 * abs(share):.3g} % {way} to {name}: {1e3 * own:.6g} mm instead of {1e3 * right:.6g} mm"
+    found, expected = unequal_quantities(1e3 * own, 1e3 * right, 6)
+    return f"{parent} is {100.0 * abs(share):.3g} % {way} to {name}: {found} mm instead of {expected} mm"

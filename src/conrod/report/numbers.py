@@ -145,6 +145,15 @@ def quantity(value: float, digits: int = 4) -> str:
     return f"{short}e{int(exponent)}"
 
 
+def unequal_quantities(one: float, other: float, digits: int = 4) -> tuple[str, str]:
+    """Return two values that differ, in the fewest digits from `digits` on that show it."""
+    for more in range(digits, 17):
+        texts = quantity(one, more), quantity(other, more)
+        if texts[0] != texts[1]:
+            break
+    return texts
+
+
 def defect_size_text(size: float, unit: str) -> str:
     """Return the size of a planted defect in its unit, in two digits; empty if it has no unit."""
     factor = 100.0 if unit.startswith("%") else 180.0 / math.pi if unit == "deg" else 1.0

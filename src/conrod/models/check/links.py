@@ -15,6 +15,7 @@ import numpy as np
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Mechanism, Prismatic, Revolute
 from conrod.mjcf.request import LENGTH_UNITS
+from conrod.report.numbers import unequal_quantities
 
 NUMBER_TOLERANCE = 1e-6  # of the machine's size: numbers of a file with six digits
 MAX_MATCHES = 2000  # ways of laying one graph over the other that are looked at
@@ -35,7 +36,7 @@ class LinkDifference:
         one, other = self.ends
         if self.expected == 0.0:
             return f"{self.link} has {one} {1e3 * self.found:.6g} mm from {other}, where they should be at one place"
-        sizes = f"{1e3 * self.found:.6g} mm instead of {1e3 * self.expected:.6g} mm"
+        sizes = "{} mm instead of {} mm".format(*unequal_quantities(1e3 * self.found, 1e3 * self.expected, 6))
         share = self.found / self.expected - 1.0
         way = "longer" if share > 0.0 else "shorter"
         return f"{self.link} is {100.0 * abs(share):.3g} % {way} from {one} to {other}: {sizes}"

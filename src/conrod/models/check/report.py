@@ -18,7 +18,16 @@ from conrod.models.check.identity import Explanation, FoundLength
 from conrod.models.check.references import ALL_LENGTHS
 from conrod.models.check.results import JudgedRun, ModelStudy
 from conrod.report.kind import Kind, Part
-from conrod.report.numbers import IN_MM, in_mm, in_shown_unit, measured_text, quantity, round_to_digits, with_mm
+from conrod.report.numbers import (
+    IN_MM,
+    in_mm,
+    in_shown_unit,
+    measured_text,
+    quantity,
+    round_to_digits,
+    unequal_quantities,
+    with_mm,
+)
 from conrod.report.results import distrust_words, exceeded_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
@@ -125,7 +134,7 @@ def _own_run_words(study: ModelStudy, run: JudgedRun) -> str:
     else:
         did = f"its crank keeps to the {speed}{'' if steady else f': {did}'}"
     if (rates := study.model.rates) is not None:
-        found, asked = (quantity(one, 4) for one in (rates.found, rates.asked))
+        found, asked = unequal_quantities(rates.found, rates.asked)
         did += f"; the rates of its start open its loops: {rates.joint} at {found}, they ask for {asked} {rates.unit}"
     if run.errors is None:
         return f"{begin} {did}: OUT OF TOLERANCE."
