@@ -89,6 +89,21 @@ def test_lines_of_one_and_ten_per_cent_and_the_sense_are_named() -> None:
     assert 90.0 in np.diff(listed.get_xticks())
 
 
+def test_title_names_machine_and_axis_above_the_failed_runs() -> None:
+    walks = of_axis("steps").walks
+    first, *others = panels(walks)
+    title = AXES["steps"].title
+    assert first.get_title("left") == f"{SCENE}: {title}"
+    assert [axes.get_title("left") for axes in others] == [""] * len(others)
+    low = float(first.titleOffsetTrans.transform((0.0, 0.0))[1])
+    assert any(probe.errors is None for walk in walks for probe in walk.probes)
+    # Negative control: the title of another machine, and one with no failed run above the panel, which stands lower.
+    whole = [replace(walk, probes=tuple(p for p in walk.probes if p.errors), scene="shear-press") for walk in walks]
+    (other, *_) = panels(whole)
+    assert other.get_title("left") == f"shear-press: {title}"
+    assert float(other.titleOffsetTrans.transform((0.0, 0.0))[1]) < low
+
+
 @pytest.mark.parametrize("axis", AXES.values(), ids=lambda axis: axis.name)
 def test_every_axis_can_be_drawn_from_end_to_end(axis: Axis) -> None:
     good = replace(next(probe for probe in of_axis("steps").walks[0].probes if probe.good), torque=None)

@@ -85,11 +85,11 @@ def outcome_handles(outcomes: set[str]) -> list[Line2D]:
 WIDTH, PANEL, MARGINS = 9.5, 3.0, 1.0  # of a figure, of a panel, of legend and labels [inch]
 LEGEND_COLUMNS = 5
 SENSE_NOTE = ": safe at the left, failing at the right"
-LEVEL_NOTE: dict[str, Any] = {
-    "xycoords": ("axes fraction", "data"), "textcoords": "offset points", "xytext": (-3, 2), "ha": "right",
-    "va": "bottom", "fontsize": 7.5, "color": "#555555", "zorder": 7,
-    "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8},
+LEVEL_NOTE: dict[str, Any] = {  # beside the panel, where no curve runs
+    "xycoords": ("axes fraction", "data"), "textcoords": "offset points", "xytext": (4, 0), "ha": "left",
+    "va": "center", "fontsize": 7.5, "color": "#555555",
 }  # fmt: skip
+TITLE_HEIGHT = 0.25  # [inch]
 LANE_HEIGHT = 0.17  # of failed runs of a preset [inch]
 LANE_OFFSET = 0.06  # of the lowest lane above the panel [inch]
 AXIS_MARGIN = 0.02  # at both ends, as a share of the length
@@ -120,11 +120,13 @@ def error_chart(walks: Sequence[Walk]) -> Figure:
     axis = AXES[walks[0].axis]
     lanes = list(dict.fromkeys((w.engine, w.preset) for w in walks if any(p.errors is None for p in w.probes)))
     handles = _legend(walks)
-    figure = Figure(figsize=(WIDTH, PANEL * len(panels) + LANE_HEIGHT * len(lanes) + MARGINS))
+    figure = Figure(figsize=(WIDTH, PANEL * len(panels) + LANE_HEIGHT * len(lanes) + MARGINS + TITLE_HEIGHT))
     drawn = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, panel in zip(drawn, panels, strict=True):
         _draw_panel(axes, axis, walks, panel)
     _draw_failed(drawn[0], axis, walks, lanes)
+    above_lanes = 72.0 * (2.0 * LANE_OFFSET + LANE_HEIGHT * len(lanes))  # [pt]
+    drawn[0].set_title(f"{walks[0].scene}: {axis.title}", loc="left", pad=above_lanes, parse_math=False)
     drawn[-1].set_xlabel(f"{axis_label(axis)}{SENSE_NOTE if _have_one_sense(axis, walks) else ''}")
     canvas.add_legend_above(figure, handles, LEGEND_COLUMNS)
     return figure
