@@ -14,10 +14,10 @@ from benchmarks.row import Row
 from benchmarks.side_by_side import wall_seconds
 from conrod import PymunkSettings, Saw
 from conrod.execution.case import Case
-from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import LocalProcesses
 from conrod.execution.run import RunCase, RunResult, measure
+from conrod.execution.runner import Watcher, run_cases
 
 SAW = Saw(speed=52.36)
 RUNS, BATCH = 100_000, 1000

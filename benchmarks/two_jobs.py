@@ -10,10 +10,10 @@ from pathlib import Path
 from benchmarks.row import Row
 from benchmarks.side_by_side import interleaved, wall_seconds
 from conrod import PymunkSettings, Saw
-from conrod.execution.dispatch import run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import LocalProcesses
 from conrod.execution.run import RunCase
+from conrod.execution.runner import run_cases
 
 SAW = Saw(speed=52.36)
 CELLS, STEPS_PER_TURN = 40, 20_000

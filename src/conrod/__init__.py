@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from conrod.engines.pymunk import PymunkSettings as PymunkSettings
     from conrod.engines.run import run as run
     from conrod.errors import InvalidInput as InvalidInput
-    from conrod.exact import GenericReference as GenericReference
+    from conrod.exact.kinematics import GenericReference as GenericReference
     from conrod.exact.kinematics import Kinematics as Kinematics
     from conrod.exact.linkage import instant_quantities as instant_quantities
     from conrod.execution.baseline import BaselineComparison as BaselineComparison
@@ -77,8 +77,7 @@ _PUBLIC = {
     "conrod.engines.pymunk": ("PymunkSettings",),
     "conrod.engines.run": ("run",),
     "conrod.errors": ("InvalidInput",),
-    "conrod.exact": ("GenericReference",),
-    "conrod.exact.kinematics": ("Kinematics",),
+    "conrod.exact.kinematics": ("GenericReference", "Kinematics"),
     "conrod.exact.linkage": ("instant_quantities",),
     "conrod.execution.baseline": ("BaselineComparison", "Drift"),
     "conrod.execution.resolve_arguments": ("family", "scene"),

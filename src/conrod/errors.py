@@ -1,11 +1,13 @@
-"""Errors of a user's input, stated in one line; and errors that pass to another process."""
+"""Errors of a user's input, stated in one line; errors that name a file, or pass to another process."""
 
 from __future__ import annotations
 
 import difflib
 import pickle
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -148,3 +150,12 @@ def portable(error: Exception) -> Exception:
     except Exception:  # pickling runs code of the error's own class, which may raise anything
         return RuntimeError(f"{type(error).__name__}: {error}")
     return error
+
+
+@contextmanager
+def name_file_in_os_errors(place: Path | str) -> Iterator[None]:
+    """Make an OSError name the file that the user knows, not the temporary file or none."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror or str(error), str(place)) from error

@@ -1,4 +1,4 @@
-"""What differs between operating systems: memory limits, locks, folders, processes (docs/platforms.md).
+"""What differs between operating systems: memory limits, locks, paths, folders, processes (docs/platforms.md).
 
 Whatever only some systems have is used here alone, and looked for when it is needed: `import conrod` fails nowhere.
 """
@@ -8,12 +8,15 @@ from __future__ import annotations
 import errno
 import os
 import signal
+import stat
 import sys
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path, PurePath
 from types import ModuleType
 from typing import Any
+
+from conrod.errors import InvalidInput
 
 
 def _module_if_present(name: str) -> ModuleType | Any:
@@ -34,6 +37,45 @@ ROOT_UID = 0  # uid
 def user_id() -> int:
     """Return the uid by which this process uses files; 0 on Windows, where every file has uid 0."""
     return os.geteuid() if hasattr(os, "geteuid") else ROOT_UID
+
+
+# -- paths -------------------------------------------------------------------------------------------------------------
+
+MAX_LINKS = 40  # in a path, as the kernel allows
+
+
+def real_path(path: Path) -> Path:
+    """Resolve a path, whether or not it exists; a link that leads to itself stays one."""
+    # Path.resolve raises for a loop of links in Python 3.11 and 3.12.
+    return Path(os.path.realpath(path))
+
+
+def own_path(path: Path) -> Path:
+    """Resolve a path that is to be written, by links of this user and of root alone.
+
+    Raises:
+        InvalidInput: another user's link is on the way, by which the file would get where that user wants it.
+    """
+    full = Path.cwd() / path
+    here, left, links = Path(full.anchor), list(reversed(full.parts[1:])), 0
+    while left and links < MAX_LINKS:
+        part = left.pop()
+        place = here.parent if part == ".." else here / part
+        try:
+            found = place.lstat()
+        except OSError:
+            found = None
+        if found is None or not stat.S_ISLNK(found.st_mode):
+            here = place
+            continue
+        if found.st_uid not in (user_id(), ROOT_UID):
+            owner = f"a link of another user (uid {found.st_uid})"
+            raise InvalidInput(f"cannot write {path}: {place} is {owner}; name the place that it leads to")
+        links += 1
+        target = PurePath(os.readlink(place))
+        here = Path(target.anchor) if target.is_absolute() else here
+        left += reversed(target.parts[1:] if target.is_absolute() else target.parts)
+    return here if not left else real_path(path)
 
 
 # -- memory ------------------------------------------------------------------------------------------------------------

@@ -126,7 +126,7 @@ def test_a_fault_in_a_worker_is_no_verdict(tmp_path: Path) -> None:
     fault = (
         f"sys.path.insert(0, {str(tmp_path)!r}); import conrod.execution.run as m, conrod_fault; "
         "import conrod.execution.worker as w; w.perform = conrod_fault.perform; "
-        "import conrod.execution.dispatch as d; d.perform = conrod_fault.perform"
+        "import conrod.execution.runner as d; d.perform = conrod_fault.perform"
     )
     ledger = str(tmp_path / "l.sqlite")
     done = with_fault(fault, "validate", "saw-40rpm", "--preset", "tuned", "--ledger", ledger)

@@ -14,8 +14,8 @@ from conrod.engines import engine_named
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.tracks import ForceTracks
-from conrod.exact import GenericReference
 from conrod.exact.dynamics.inverse import CrankStates, JointForces, joint_forces
+from conrod.exact.kinematics import GenericReference
 from conrod.mechanism.loads import (
     Displacement,
     Distance,

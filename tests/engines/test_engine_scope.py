@@ -11,7 +11,7 @@ from kinematic_mode import kinematic_errors
 from conrod.engines import numerics as approach
 from conrod.engines.pymunk import engine as pymunk_kinematic
 from conrod.engines.pymunk import space
-from conrod.exact import GenericReference
+from conrod.exact.kinematics import GenericReference
 from conrod.mechanism.mechanism import Prismatic, to_world
 from conrod.scenes import catalogue_scene
 

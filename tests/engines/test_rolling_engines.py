@@ -29,8 +29,8 @@ from conrod.engines.pymunk.gears import gears_refusal
 from conrod.engines.run import run, run_in_one_piece
 from conrod.engines.spanning_tree import grow_spanning_tree, rolling_coefficients
 from conrod.errors import InvalidInput
-from conrod.exact import GenericReference
 from conrod.exact.joint_equations import joint_residual, pose_jets
+from conrod.exact.kinematics import GenericReference
 from conrod.mechanism.mechanism import Mechanism
 from conrod.scenes import catalogue_scene
 

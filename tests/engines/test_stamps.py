@@ -21,7 +21,7 @@ from conrod.engines.mujoco.model import build
 from conrod.engines.numerics import frames_from_centres
 from conrod.engines.pymunk.dynamics import body_tracks, point_tracks, sample_instants
 from conrod.engines.run import run_in_one_piece
-from conrod.exact import GenericReference
+from conrod.exact.kinematics import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.loads import Load, TimePulse, Turn
 from conrod.scenes import scene_named

@@ -13,8 +13,7 @@ from catalogue import CAMS, CAMS_WITH_JOINTS, DEFECTIVE_CAMS, DEFECTIVE_LINKAGES
 from synthetic import longer_rod, other_branch, turned_crank
 
 from conrod.errors import InvalidInput
-from conrod.exact import GenericReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import GenericReference, Kinematics
 from conrod.exact.motion import WIDTH_DIRECTIONS, Array, Motion, diameter, rotate_planar
 from conrod.mechanism.cam import symmetric_cam
 from conrod.scenes import SCENES, CamFollower, Saw, Scene, ShearPress

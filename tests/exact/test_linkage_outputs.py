@@ -12,8 +12,7 @@ from linkages import assemble_mechanism, four_bar, slider_crank
 
 from conrod import compare, run
 from conrod.engines import engine_named
-from conrod.exact import GenericReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import GenericReference, Kinematics
 from conrod.exact.linkage import OutputLink, output_links, turn_quantities
 from conrod.exact.linkage.crank_range import CrankRange, SampledMotion, crank_range, sample_motion
 from conrod.exact.linkage.transmission import TransmissionAngle, pushes, transmission_angles

@@ -17,9 +17,9 @@ from cell_tasks import ActingWatcher
 from conrod import InvalidInput
 from conrod.execution import cluster as dask_cluster
 from conrod.execution.cluster import DaskCluster
-from conrod.execution.dispatch import run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import LocalProcesses
+from conrod.execution.runner import run_cases
 
 distributed = pytest.importorskip("distributed", reason="the extra conrod[cluster] is not installed")
 

@@ -21,10 +21,10 @@ from dying_task import die_and_return
 
 from conrod import InvalidInput
 from conrod.comparison.trajectory import Outcome
-from conrod.execution.dispatch import POLL_INTERVAL, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.local import FailedCall, LocalProcesses, call_isolated, call_on_file
 from conrod.execution.run import RunCase, RunResult
+from conrod.execution.runner import POLL_INTERVAL, run_cases
 from conrod.execution.worker_process import CallLimits, WorkerProcess
 
 CELLS = tasks.cells(30)

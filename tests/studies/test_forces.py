@@ -16,8 +16,8 @@ import pytest
 from conrod.comparison.trajectory import Instants, Outcome
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
-from conrod.exact import GenericReference
 from conrod.exact.dynamics.inverse import CrankStates, joint_forces, sensitivities
+from conrod.exact.kinematics import GenericReference
 from conrod.execution.resolve_arguments import select_scene
 from conrod.mechanism.mechanism import Body
 from conrod.scenes import Scene

@@ -18,9 +18,9 @@ from command_line import conrod
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact.dynamics.forward import ForwardDynamics
-from conrod.execution.dispatch import run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.resolve_arguments import select_scene
+from conrod.execution.runner import run_cases
 from conrod.mechanism.loads import Elastic
 from conrod.mechanism.mechanism import Mechanism, Revolute
 from conrod.scenes import SCENES, Scene, catalogue_names, dynamics_names

@@ -20,13 +20,13 @@ import pytest
 from cell_tasks import InProcessExecutor, cells, substitute_task
 from command_line import conrod
 
-from conrod import InvalidInput
-from conrod.execution import dispatch, kept_results, ledger_file, writing
+from conrod import InvalidInput, system
+from conrod.execution import case, ledger_file, runner
 from conrod.execution.case import CaseResult
-from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger, default_ledger_path
 from conrod.execution.local import FailedCall, call_isolated
 from conrod.execution.run import RunCase, RunResult
+from conrod.execution.runner import Watcher, run_cases
 from conrod.execution.timing import Timing
 
 FIRST, SECOND, *OTHERS = cells(50)
@@ -215,7 +215,7 @@ def test_very_many_results_are_read_when_they_are_asked_for(
     shutil.copy(whole, path)
     with closing(sqlite3.connect(path)) as other, other:
         other.execute("UPDATE runs SET result = x'00' WHERE key = ?", (damaged,))
-    for module in (dispatch, kept_results):
+    for module in (runner, case):
         monkeypatch.setattr(module, "RESULTS_AT_ONCE", 2)
     read = Ledger.results
     monkeypatch.setattr(Ledger, "results", lambda ledger, some: reads.append(len(some)) or read(ledger, some))
@@ -445,5 +445,5 @@ def test_a_place_is_the_one_whose_links_were_looked_at(tmp_path: Path, monkeypat
     def resolve(path: Path) -> Path:
         raise AssertionError(f"{path} is resolved again, and its links may be others by then")
 
-    monkeypatch.setattr(writing, "real_path", resolve)
-    assert writing.own_path(tmp_path / "again" / "l.sqlite") == tmp_path / "folder" / "l.sqlite"
+    monkeypatch.setattr(system, "real_path", resolve)
+    assert system.own_path(tmp_path / "again" / "l.sqlite") == tmp_path / "folder" / "l.sqlite"

@@ -20,11 +20,11 @@ import numpy as np
 from conrod import InvalidInput, MuJoCoSettings, PymunkSettings
 from conrod.comparison.trajectory import Settings
 from conrod.execution.case import Case, Study, pursue
-from conrod.execution.dispatch import Watcher, run_cases
 from conrod.execution.ledger import Ledger
 from conrod.execution.ledger_file import Claims
 from conrod.execution.local import LocalProcesses, RetryingExecutor
 from conrod.execution.run import RunCase, RunResult, measure
+from conrod.execution.runner import Watcher, run_cases
 from conrod.execution.worker_process import CallLimits
 from conrod.scenes import SCENES
 from conrod.studies.limits.case import LimitCase

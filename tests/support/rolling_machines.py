@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from linkages import four_bar
 
-from conrod.exact import GenericReference
+from conrod.exact.kinematics import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Body, Driver, Mechanism, ObservedPoint, Prismatic, Rack, Revolute, Rolling
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial, wraps
 from pathlib import Path
@@ -13,12 +12,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from conrod.cli import completion, model_completion, say
+from conrod.cli import completion, model_completion
 from conrod.cli.completion import TYPED
 from conrod.errors import InvalidInput
 
 if TYPE_CHECKING:
-    from conrod.execution.runner import Runs
+    pass
 
 RUN_TIMEOUT = 600.0  # [s]
 MAX_PROCESS_MEMORY = 2.0**60  # [bytes]; the largest --cell-memory
@@ -235,20 +234,6 @@ class RunOptions:
         from conrod.execution.ledger import default_ledger_path
 
         return default_ledger_path() if self.ledger is None else Path(self.ledger)
-
-    @contextmanager
-    def runs(self) -> Iterator[Runs]:
-        """Runs with these options and shown progress; an interrupt prints how to continue."""
-        from conrod.cli.progress import ProgressBar
-        from conrod.execution.runner import Runs
-
-        path = self.ledger_file
-        try:
-            yield Runs(path, self.fresh, self.jobs, self.cluster, self.timeout, self.memory, ProgressBar)
-        except KeyboardInterrupt:
-            if path.exists():
-                say(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
-            raise
 
 
 @dataclass(frozen=True)

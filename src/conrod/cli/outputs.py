@@ -1,33 +1,44 @@
-"""What a verb found, printed, and written to a report's folder, a page and a document."""
+"""What a verb shows: progress of its runs and findings, printed and written to a folder, a page and a document."""
 
 from __future__ import annotations
 
 import shlex
 import sys
+import time
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Generic
+from types import MappingProxyType, TracebackType
+from typing import TYPE_CHECKING, Any, Generic, Self
 
+from rich.console import Console
 from rich.text import Text
 
 from conrod.cli import FAILED, say
 from conrod.cli.options import FILE_FIELDS, RUNS, ReportOptions, RunOptions, explicit_options
+from conrod.comparison.trajectory import Outcome
+from conrod.execution.case import Case
+from conrod.execution.runner import Runs, Watcher
 from conrod.report.findings import Findings
 from conrod.report.kind import SCENE, F, Kind, Reproduction
 from conrod.report.numbers import in_shown_unit, quantity
+from conrod.report.terminal import console as standard_console
 from conrod.report.terminal import print_parts
 
 if TYPE_CHECKING:
+    from rich.progress import Progress
+
     from conrod.report.folder import ReportFolder
     from conrod.scenes import Scene
 
 DOUBT = "cannot be trusted"  # in the line that says so of a scene
 MAX_NAMED_MACHINES = 6
 UNDRIVEN = "motion"  # kind of report on machines whose speed nothing keeps
+# Rates are taken over this many seconds: cases of one sweep differ a thousandfold.
+SPEED_PERIOD = 120.0
 
 
 @dataclass(frozen=True)
@@ -120,8 +131,6 @@ def machine_lines(machines: Mapping[str, Scene], changed: Collection[str], *, dr
 
 def _processes(asked: ReportOptions) -> Any:
     """Processes that draw pages side by side; none where the verb has no options on runs."""
-    from conrod.execution.runner import Runs
-
     return Runs(jobs=asked.jobs).processes() if isinstance(asked, RunOptions) else nullcontext()
 
 
@@ -206,3 +215,81 @@ def reproduction(
         return Reproduction(text, subjects)
     family = (*subjects, *(word for one in assigned for word in ("--set", one))) if members else ()
     return Reproduction(text, members or arguments_of_files(subjects), family)
+
+
+# -- progress of runs, on standard error -------------------------------------------------------------------------------
+
+
+@contextmanager
+def runs_with_progress(asked: RunOptions) -> Iterator[Runs]:
+    """Yield how runs are made by these options, with a progress bar; an interrupt prints how to continue."""
+    path = asked.ledger_file
+    try:
+        yield Runs(path, asked.fresh, asked.jobs, asked.cluster, asked.timeout, asked.memory, ProgressBar)
+    except KeyboardInterrupt:
+        if path.exists():
+            say(f"conrod: finished runs are kept in {path}; the same command goes on from there", err=True)
+        raise
+
+
+class ProgressBar(Watcher):
+    """Progress of cases on standard error: a bar where that is a terminal, otherwise a line at either end.
+
+    A watcher of `run_cases`, also called again and again, each time with what the answers so far ask for, and of
+    `time_cases`; a context manager, because it has to be taken down again.
+    """
+
+    def __init__(self, description: str, usual: str = Outcome.COMPLETED.slug, console: Console | None = None) -> None:
+        """Show nothing yet; cases that end as is `usual` are not counted apart."""
+        self.console = standard_console(stderr=True) if console is None else console
+        self._description, self._usual, self._ended = description, usual, Counter[str]()
+        self._begun: float | None = None  # [s], when the first cases began
+        self._bar: Progress | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._bar:
+            self._bar.stop()
+        if self._begun is not None:
+            text = f"{self._description}: {self._ended.total()} done in {time.monotonic() - self._begun:.1f} s"
+            others = [f"{n} {how}" for how, n in sorted(self._ended.items()) if how != self._usual]
+            self._say(f"{text}, of which {', '.join(others)}" if others else text)
+
+    def on_start(self, total: int, already_finished: int) -> None:
+        new = total - already_finished
+        if not self.console.is_terminal:
+            more = "" if self._begun is None else "more "
+            self._say(f"{self._description}: {new} {more}to do, {already_finished} in the ledger")
+        elif self._bar or new:
+            self._bar = self._bar or _new_bar(self._description, self.console)
+            (task,) = self._bar.tasks
+            self._bar.update(task.id, total=(task.total or 0) + new)
+        self._begun = time.monotonic() if self._begun is None else self._begun
+
+    def on_emptied(self, count: int) -> None:
+        self._say(f"{self._description}: the ledger's {count} runs are of an older conrod and are made again")
+
+    def on_unreadable(self, count: int) -> None:
+        self._say(f"{self._description}: {count} in the ledger cannot be read and count as not run; made again")
+
+    def on_case_end(self, case: Case, how: str) -> None:
+        self._ended[how] += 1
+        if self._bar:
+            self._bar.advance(self._bar.task_ids[0])
+
+    def _say(self, text: str) -> None:
+        self.console.print(text, markup=False, soft_wrap=True)
+
+
+def _new_bar(description: str, console: Console) -> Progress:
+    """Show a new bar in a terminal."""
+    # Imported where there is something to wait for: it takes as long as all that the ledger answers.
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    bar = Progress(*columns, console=console, transient=True, speed_estimate_period=SPEED_PERIOD)
+    bar.add_task(description, total=0)
+    bar.start()
+    return bar

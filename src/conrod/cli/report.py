@@ -83,10 +83,11 @@ def results(ledger: str | None, csv_file: str | None, document: str | None, colu
 
     Without a file it is printed: as a table to read on a terminal, as comma-separated values in a pipe.
     """
+    from conrod.errors import name_file_in_os_errors
     from conrod.execution.files import files_to_write
     from conrod.execution.ledger import Ledger, default_ledger_path
     from conrod.execution.results_table import columns_of, table_text
-    from conrod.execution.writing import name_file_in_errors, single_file, write_together
+    from conrod.execution.writing import single_file, write_together
 
     path = default_ledger_path() if ledger is None else Path(ledger)
     files = files_to_write({"--csv": csv_file, "--json": document}, {"the ledger": path})
@@ -110,5 +111,5 @@ def results(ledger: str | None, csv_file: str | None, document: str | None, colu
 
         print_parts([ledger_table(rows, wanted), "" if wanted else f"{len(rows)} rows; all columns: --csv FILE"])
     else:
-        with name_file_in_errors("standard output"):
+        with name_file_in_os_errors("standard output"):
             say(table_text(rows, "csv", wanted), nl=False)

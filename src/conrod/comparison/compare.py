@@ -23,8 +23,7 @@ from conrod.comparison.trajectory import (
     Trajectory,
 )
 from conrod.errors import InvalidInput, Named, unknown_choice
-from conrod.exact import ExactReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import ExactReference, Kinematics
 from conrod.exact.link_rotations import ROTATIONS, link_rotations, rotating_links, rotation_scales
 from conrod.exact.motion import QUANTITIES, Array, Motion
 

@@ -11,7 +11,7 @@ from conrod.engines.releases import Releases
 from conrod.engines.tracks import ForceTracks, FreeRun, Pace
 from conrod.engines.variants import PRESETS_GRID, Grid, Ingredient, SettingsRule
 from conrod.errors import InvalidInput
-from conrod.exact import GenericReference
+from conrod.exact.kinematics import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute
 

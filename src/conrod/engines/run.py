@@ -28,8 +28,7 @@ from conrod.comparison.trajectory import (
 from conrod.engines import Engine, engine_named
 from conrod.engines.engine import STEP_TOLERANCE, Machine, step_length
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import ExactReference, Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_number

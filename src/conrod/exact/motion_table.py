@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import ExactReference, Kinematics
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.mechanism.units import REVOLUTION
 

@@ -9,6 +9,7 @@ import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, ClassVar, Self, TypeVar
 
 from conrod.comparison.plain_values import restore
@@ -22,6 +23,8 @@ OUTCOMES = {outcome.slug: outcome for outcome in Outcome}
 SIZES = "sizes"  # saved with a result: its largest errors by quantity and measure, see `CaseResult.sizes`
 FAILURE_FIELDS = {"outcome", "reason", SIZES}  # all that is kept of a case whose process gave no result
 MEASURES = ("max", "rms", "final")
+# Results are read this many at a time: each takes some ten kB. Whoever goes through all cases in order reads each once.
+RESULTS_AT_ONCE, BLOCKS_IN_MEMORY = 1000, 2
 MIN_PASS_STEPS = 3  # fewer steps have no acceleration that is a difference of velocities
 POINTS_PREFIX = "points'"  # of the names of misfits of points with their bodies
 Sizes = Mapping[str, float]
@@ -192,6 +195,35 @@ class ResultsOfRounds(Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self._rounds)
+
+
+class KeptResults(Mapping[str, Any]):
+    """Results of finished cases by key, read when looked up; only recent blocks stay in memory."""
+
+    def __init__(self, cases: Mapping[str, Case], read: Callable[[Mapping[str, Case]], Mapping[str, Any]]) -> None:
+        """Read nothing yet.
+
+        Args:
+            cases: the cases by key, in the order in which their results are expected to be asked for.
+            read: returns the results of some of them.
+        """
+        keys = list(cases)
+        self._blocks = {key: k // RESULTS_AT_ONCE for k, key in enumerate(keys)}
+
+        def read_block(block: int) -> Mapping[str, Any]:
+            first = block * RESULTS_AT_ONCE
+            return read({key: cases[key] for key in keys[first : first + RESULTS_AT_ONCE]})
+
+        self._read_block = lru_cache(BLOCKS_IN_MEMORY)(read_block)
+
+    def __getitem__(self, key: str) -> Any:
+        return self._read_block(self._blocks[key])[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._blocks)
+
+    def __len__(self) -> int:
+        return len(self._blocks)
 
 
 # Yields the cases that it needs next, is sent the results of all of them, returns its findings.

@@ -9,7 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.execution.writing import TEMPORARY_PREFIX, own_path, real_path
+from conrod.execution.writing import TEMPORARY_PREFIX
+from conrod.system import own_path, real_path
 
 
 def file_to_write(text: str, option: str) -> Path:

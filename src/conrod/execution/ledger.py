@@ -28,8 +28,8 @@ from conrod.execution.ledger_file import (
     name_ledger_in_errors,
 )
 from conrod.execution.results_table import tidy_row
-from conrod.execution.writing import real_path
 from conrod.scenes.scene import canonical_json
+from conrod.system import real_path
 
 if TYPE_CHECKING:
     from conrod.execution.timing import Timing

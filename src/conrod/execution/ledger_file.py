@@ -14,8 +14,7 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.execution.case import CACHE_VERSION
-from conrod.execution.writing import own_path
-from conrod.system import PLAIN_FILE, lock_byte, unlock_byte
+from conrod.system import PLAIN_FILE, lock_byte, own_path, unlock_byte
 
 # 'crod' in ASCII: tells a ledger from any other SQLite file.
 APPLICATION_ID = 0x63726F64

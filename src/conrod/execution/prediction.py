@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.outcome import CHANGE_POINT_DISTANCE
 from conrod.comparison.trajectory import ArrayMapper, BodyStates, BodyTracks, Instants, PointTracks
-from conrod.exact import ExactReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import ExactReference, Kinematics
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.execution.case import POINTS_PREFIX
 

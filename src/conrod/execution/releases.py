@@ -27,8 +27,7 @@ from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.execution.run import RunCase, RunResult, measure
 from conrod.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
-from conrod.execution.writing import real_path
-from conrod.system import ROOT_UID, interpreter_in, user_id
+from conrod.system import ROOT_UID, interpreter_in, real_path, user_id
 
 INSTALL_TIMEOUT = 600.0  # [s] for a command of an installation
 IMPORT_TIMEOUT = 120.0  # [s] for the import of an engine

@@ -11,14 +11,24 @@ import os
 import platform
 import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from conrod.comparison.trajectory import Settings
-from conrod.engines import Engine
+from conrod.engines import Engine, engine_named
 from conrod.engines.engine import Machine, run_extent
+from conrod.engines.plugin_values import EngineFault
+from conrod.execution.local import LocalProcesses
+from conrod.execution.runner import Runner, process_unclaimed
+from conrod.execution.worker import call_with_cached_scene
+from conrod.execution.worker_process import WorkerDied
+
+if TYPE_CHECKING:
+    from conrod.execution.run import RunCase
 
 REPEATS = 3
 REFERENCE_STEPS = 1000
@@ -121,3 +131,46 @@ class Timing:
     steps: int
     repeats: int
     machine: str
+
+
+# -- timings of many cases, kept in the ledger -------------------------------------------------------------------------
+
+
+def time_cases(runner: Runner, cases: Sequence[RunCase]) -> dict[str, Timing]:
+    """Time the cases that the ledger of a runner has no timing of; return the timings of all by key.
+
+    Each is timed in a process of this machine, even if its run was made on a cluster: timings of different machines
+    cannot be compared. A case that cannot be timed within the limit, or whose process dies, has no timing.
+    """
+    by_key, ledger, fresh = {case.key: case for case in cases}, runner.ledger, runner.runs.fresh
+    known = {} if fresh else ledger.timings(by_key, machine_fingerprint())
+
+    def keep_timing(case: RunCase, future: Future[Timing | None]) -> str:
+        timing = None
+        # The outcome of the run says what went wrong; a failed timing adds nothing to it.
+        with suppress(WorkerDied, TimeoutError, MemoryError, EngineFault):
+            timing = future.result()
+        if timing is None:
+            return "without a timing"
+        ledger.keep_timing(case, timing)
+        return "timed"
+
+    with runner.runs.progress("costs", "timed") as watcher, LocalProcesses(1, timeout=runner.runs.timeout) as worker:
+        watcher.on_start(len(by_key), len(known))
+        process_unclaimed(
+            [case for key, case in by_key.items() if key not in known],
+            ledger,
+            watcher,
+            # One timing at a time, by all processes of this machine on this ledger.
+            claim_name=lambda _: f"timing on {machine_fingerprint()}",
+            is_unfinished=lambda case: fresh or case.key not in ledger.timings([case.key], machine_fingerprint()),
+            submit=lambda case: worker.submit(call_with_cached_scene, _time_case, case),
+            keep_result=keep_timing,
+            max_in_flight=lambda: 1,
+        )
+    return ledger.timings(by_key, machine_fingerprint())
+
+
+def _time_case(case: RunCase) -> Timing | None:
+    """Time the run of a case in this process; None if its engine cannot be timed."""
+    return time_run(engine_named(case.settings.engine), case.scene, case.settings)

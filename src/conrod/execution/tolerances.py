@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from conrod.errors import InvalidInput, unknown_choice
-from conrod.exact import ExactReference
+from conrod.exact.kinematics import ExactReference
 from conrod.exact.link_rotations import ROTATIONS, rotation_scales
 from conrod.mechanism.units import NUMBER, check_number, parse_quantity, unit_in_prose
 

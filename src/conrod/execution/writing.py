@@ -11,19 +11,18 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 
-from conrod.errors import InvalidInput
-from conrod.system import ROOT_UID, HeldFolder, set_permissions, user_id
+from conrod.errors import name_file_in_os_errors
+from conrod.system import HeldFolder, own_path, set_permissions, user_id
 
 # Temporary files; folders of this prefix, which earlier versions left, are never looked into.
 TEMPORARY_PREFIX = ".conrod-"
 _TEMPORARY_NAME = re.compile(re.escape(TEMPORARY_PREFIX) + "[0-9a-f]{16}")
 ABANDONED_AGE = 3600.0  # [s]: no writer keeps a temporary file for so long
-MAX_LINKS = 40  # in a path, as the kernel allows
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,7 @@ class _Folder:
         self._meanwhile, self._changes = list[_Change](), list[_Change]()
 
     def __enter__(self) -> _Folder:
-        with name_file_in_errors(self.path):
+        with name_file_in_os_errors(self.path):
             for missing in reversed([p for p in (self.path, *self.path.parents) if not p.exists()]):
                 self._made.callback(_remove_empty, missing)
                 missing.mkdir(exist_ok=True)
@@ -124,7 +123,7 @@ class _Folder:
 
     def _stage(self, changes: list[_Change], name: str, content: bytes | None) -> None:
         """Add the change of a file to a list, with its content in a temporary file; None removes the file."""
-        with name_file_in_errors(self.path / name):
+        with name_file_in_os_errors(self.path / name):
             folder, last = self._locate(name)
             changes.append(
                 _Change(name, folder, last, None if content is None else TEMPORARY_PREFIX + secrets.token_hex(8))
@@ -134,7 +133,7 @@ class _Folder:
 
     def _content(self, name: str) -> bytes | None:
         """Present content of a file; None if the folder has no such file."""
-        with name_file_in_errors(self.path / name):
+        with name_file_in_os_errors(self.path / name):
             return _read_content(*self._locate(name))
 
     def _locate(self, name: str) -> tuple[HeldFolder, str]:
@@ -158,7 +157,7 @@ class _Folder:
         """
         for changes in (self._meanwhile, self._changes):
             for change in changes:
-                with name_file_in_errors(self.path / change.name):
+                with name_file_in_os_errors(self.path / change.name):
                     try:
                         _rename_or_remove(change)
                     except FileNotFoundError:
@@ -223,49 +222,3 @@ def _remove_abandoned(folder: HeldFolder, before: float) -> None:
 def _remove_empty(folder: Path) -> None:
     with suppress(OSError):
         folder.rmdir()
-
-
-# -- paths -------------------------------------------------------------------------------------------------------------
-
-
-def real_path(path: Path) -> Path:
-    """Resolve a path, whether or not it exists; a link that leads to itself stays one."""
-    # Path.resolve raises for a loop of links in Python 3.11 and 3.12.
-    return Path(os.path.realpath(path))
-
-
-def own_path(path: Path) -> Path:
-    """Resolve a path that is to be written, by links of this user and of root alone.
-
-    Raises:
-        InvalidInput: another user's link is on the way, by which the file would get where that user wants it.
-    """
-    full = Path.cwd() / path
-    here, left, links = Path(full.anchor), list(reversed(full.parts[1:])), 0
-    while left and links < MAX_LINKS:
-        part = left.pop()
-        place = here.parent if part == ".." else here / part
-        try:
-            found = place.lstat()
-        except OSError:
-            found = None
-        if found is None or not stat.S_ISLNK(found.st_mode):
-            here = place
-            continue
-        if found.st_uid not in (user_id(), ROOT_UID):
-            owner = f"a link of another user (uid {found.st_uid})"
-            raise InvalidInput(f"cannot write {path}: {place} is {owner}; name the place that it leads to")
-        links += 1
-        target = PurePath(os.readlink(place))
-        here = Path(target.anchor) if target.is_absolute() else here
-        left += reversed(target.parts[1:] if target.is_absolute() else target.parts)
-    return here if not left else real_path(path)
-
-
-@contextmanager
-def name_file_in_errors(place: Path | str) -> Iterator[None]:
-    """Make an OSError name the file that the user knows, not the temporary file or none."""
-    try:
-        yield
-    except OSError as error:
-        raise OSError(error.errno, error.strerror or str(error), str(place)) from error

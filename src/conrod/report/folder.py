@@ -18,9 +18,9 @@ import msgspec
 from conrod.comparison.plain_values import plain_values, restore
 from conrod.errors import InvalidInput
 from conrod.execution.files import is_folder, is_special_file
-from conrod.execution.writing import real_path
 from conrod.report import numbers
 from conrod.scenes import SCENES, Scene
+from conrod.system import real_path
 
 if TYPE_CHECKING:
     from conrod.report.kind import Kind

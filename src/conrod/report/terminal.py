@@ -11,7 +11,7 @@ from rich.segment import Segment
 from rich.text import Text
 
 from conrod.crash import OutputClosed
-from conrod.execution.writing import name_file_in_errors
+from conrod.errors import name_file_in_os_errors
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, Verbatim, cell_text, visible_text
 
 PrintedPart: TypeAlias = Table | str | Text  # a table, or a line; a `Verbatim` line is to be copied
@@ -44,7 +44,7 @@ def console(*, stderr: bool = False) -> Console:
 def print_parts(parts: Iterable[PrintedPart]) -> None:
     """Print tables and lines on standard output, in their order."""
     out = console()
-    with name_file_in_errors("standard output"):
+    with name_file_in_os_errors("standard output"):
         for part in parts:
             if isinstance(part, Table):
                 print_table(out, part)

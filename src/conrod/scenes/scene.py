@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from conrod.errors import Named
-from conrod.exact import ExactReference
+from conrod.exact.kinematics import ExactReference
 from conrod.exact.motion import Array, Derivatives, Motion, PointDerivatives, Side, diameter, motion_in_time
 from conrod.mechanism.units import REVOLUTION, Parameter, parameters_of
 

@@ -7,6 +7,9 @@ difference of two positions, by h^2 q''' (1/2 - 1/24) at the middle of the step;
 velocities, by h^2 q'''' (1/2 - 1/12). A point at r from the centre of gravity has the velocity c' + phi' r_perp, so all
 of these enter: the angle, extrapolated linearly to the middle, lags there by h^2 phi'' (1/2 - 1/4 + 1/8).
 
+Angles phi are among q: a rotation lags by h^2 phi''/2, the difference of two rotations, at the middle of the step, by
+11/24 h^2 phi''', and the difference of two angular velocities by 5/12 h^2 phi''''.
+
 To the next order the position's lag is -h^2 q''/2 + h^3 (q'''/3 + J^-1 H q' q''/2), with the Jacobian J of the joint
 equations and their second derivatives H. The first step goes straight ahead from an exact state, so the first reported
 velocity and acceleration have another lag: the first steps are computed as a converged iteration takes them.
@@ -29,6 +32,8 @@ import math
 
 import numpy as np
 
+from conrod.comparison.compare import link_errors
+from conrod.comparison.trajectory import BodyTracks
 from conrod.engines.cam_polygon import CamPolygon, FollowerMotion
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import Machine, run_extent, step_length
@@ -42,15 +47,20 @@ from conrod.engines.numerics import (
 )
 from conrod.engines.pymunk import ITERATION_ERROR_SHARE, PymunkSettings, follower_fall
 from conrod.engines.pymunk.dynamics import SampleInstants, body_tracks, point_tracks, sample_instants
-from conrod.engines.pymunk.rotation_bound import rotation_bounds
 from conrod.engines.pymunk.space import rounded_polygon, wedges, with_crank_centred
 from conrod.engines.tracks import applied_forces
 from conrod.exact.jet import Jet
 from conrod.exact.joint_equations import pose_jets
+from conrod.exact.link_rotations import ROTATIONS, largest_rotation
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import Mechanism
 
 MAX_DERIVATIVE = 4  # highest derivative by the crank angle that enters
+ROTATION_LAGS = (
+    1.0 / 2.0,
+    11.0 / 24.0,
+    5.0 / 12.0,
+)  # of rotation, angular velocity and angular acceleration, for h = 1
 FIRST_SAMPLES = 5  # including the start; the first reported acceleration is that of the fourth
 
 
@@ -233,7 +243,7 @@ def expected_error(machine: Machine, settings: PymunkSettings, start_angle: floa
     left = weight_rounding(machine, settings.timestep)
     bounds = [b + r if r > NEGLIGIBLE_SHARE * b else b for b, r in zip(bounds, left, strict=True)]
     samples = body_tracks(*first_samples(machine, settings.steps_per_revolution, start_angle))
-    links = rotation_bounds(machine, settings, samples, weight_velocity_rounding(machine, settings.timestep))
+    links = _rotation_bounds(machine, settings, samples, weight_velocity_rounding(machine, settings.timestep))
     return ExpectedError(bounds[0], bounds[1], bounds[2], law=LAW, **links)
 
 
@@ -287,3 +297,42 @@ def shape_error(machine: Machine, settings: PymunkSettings) -> float:
     follower = FollowerMotion.from_machine(machine)
     polygon = rounded_polygon(follower.contact.profile, settings.cam_vertices)
     return polygon.error / float(follower.cosine.min())
+
+
+# -- rotations of the driven links -------------------------------------------------------------------------------------
+
+
+def _rotation_bounds(machine: Machine, settings: PymunkSettings, first: BodyTracks, left: float) -> dict[str, float]:
+    """Bounds on the largest errors of the driven links, by quantity of `ROTATIONS`, normalised.
+
+    As for points they are the lag and its next term in h, or the first samples, and what rounding adds.
+
+    Args:
+        first: first samples of a run, as a converged iteration takes them.
+        left: rounding of the joints' velocities in a step by what acts on the bodies [m/s].
+    """
+    kinematics, steps = machine.kinematics, settings.steps_per_revolution
+    h = 2.0 * math.pi / steps
+    derivatives = kinematics.derivatives(kinematics.angles(CRANK_SAMPLES), len(ROTATION_LAGS) + 2)
+    sizes = [largest_rotation(kinematics, derivative[:, 2::3]) for derivative in derivatives]
+    errors = link_errors(first, machine.speed, kinematics)
+    gain = _rotation_gain(machine)
+    rounding = float(np.finfo(float).eps) * steps * (1.0 + kinematics.size * gain)
+    weight, speed = left * gain, abs(machine.speed)
+    by_weight = (weight * settings.timestep, weight / speed, 2.0 * weight / (speed**2 * settings.timestep))
+    bounds = {}
+    for k, quantity in enumerate(ROTATIONS):
+        lag = h**2 * ROTATION_LAGS[k] * (sizes[k + 2] + h * sizes[k + 3])
+        begun = max((float(one[quantity].max(initial=0.0)) for one in errors.values()), default=0.0)
+        bounds[quantity] = max(lag, (1.0 + ITERATION_ERROR_SHARE) * begun) + rounding / h**k + by_weight[k]
+    return bounds
+
+
+def _rotation_gain(machine: Machine) -> float:
+    """Largest rotation of a driven link over its range R when all joint equations are off by one [1/m]."""
+    kinematics, angles = machine.kinematics, machine.kinematics.angles(CRANK_SAMPLES)
+    poses = kinematics.poses(angles)
+    turned: Array = np.zeros_like(poses[:, 2::3])
+    for equation in np.eye(poses.shape[1]):
+        turned += np.abs(kinematics.solve(poses, np.tile(equation, (len(angles), 1)))[:, 2::3])
+    return largest_rotation(kinematics, turned)

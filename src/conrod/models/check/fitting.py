@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference, GenericReference
+from conrod.exact.kinematics import ExactReference, GenericReference
 from conrod.exact.motion import Array
 from conrod.mjcf.request import LENGTH_UNITS, Scan
 from conrod.models.check.frame import GivenFrame, PlaneView

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference, GenericReference
+from conrod.exact.kinematics import ExactReference, GenericReference
 from conrod.mjcf.request import Scan
 from conrod.models.check.fitting import FrameFit, PathSearch, fit_frame
 from conrod.models.check.frame import Frame, GivenFrame, PlaneView, candidate_views

@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference, GenericReference
 from conrod.exact.equations import Equations
+from conrod.exact.kinematics import ExactReference, GenericReference
 from conrod.exact.motion import Array
 from conrod.scenes import Scene
 from conrod.scenes.described_scene import DescribedScene

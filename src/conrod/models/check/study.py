@@ -14,7 +14,7 @@ from conrod.comparison.other_forces import add_obstacles
 from conrod.comparison.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict
 from conrod.comparison.trajectory import Instants, Outcome, PointTracks, Track
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference
+from conrod.exact.kinematics import ExactReference
 from conrod.exact.motion import QUANTITIES, Array
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion

@@ -84,7 +84,7 @@ class CheckOptions(VerificationOptions):
     @property
     def runs(self) -> Any:
         """How models are checked: the ledger of their findings, whether to reuse it, and a progress bar."""
-        from conrod.cli.progress import ProgressBar
+        from conrod.cli.outputs import ProgressBar
         from conrod.execution.runner import Runs
 
         return Runs(self.ledger, self.fresh, progress=ProgressBar)

@@ -44,9 +44,10 @@ def export(
     The model is a MuJoCo file (MJCF), or a Python module that builds it in pymunk and steps it. The exact motion is a
     table with units, a pack for others to solve, or an FMU; with --engine the table has what that did beside it.
     """
+    from conrod.errors import name_file_in_os_errors
     from conrod.execution.files import file_to_write
     from conrod.execution.resolve_arguments import mechanism_file_bytes, select_scene
-    from conrod.execution.writing import name_file_in_errors, single_file, write_together
+    from conrod.execution.writing import single_file, write_together
     from conrod.models.export.api import check_model_options, export, samples_of
     from conrod.scenes import Scene
     from conrod.scenes.space import MACHINES
@@ -88,5 +89,5 @@ def export(
     if file is not None:
         write_together([single_file(file, content)])
         return
-    with name_file_in_errors("standard output"):
+    with name_file_in_os_errors("standard output"):
         say(str(content), nl=False)

@@ -14,11 +14,12 @@ from rich.text import Text
 from conrod.cli import FAILED, completion, options, waiting
 from conrod.cli.options import controls_in, option
 from conrod.comparison.plain_values import json_document
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, name_file_in_os_errors
 from conrod.execution.files import files_to_write
-from conrod.execution.writing import name_file_in_errors, real_path, single_file, write_together
+from conrod.execution.writing import single_file, write_together
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity, Value, sarif
 from conrod.report.terminal import PrintedPart, print_parts
+from conrod.system import real_path
 from conrod.user_files.endings import MODELS
 from conrod.user_files.files import check_model_readable, protected_model_files
 
@@ -80,7 +81,7 @@ def lint(models: tuple[str, ...], asked: LintOptions) -> None:
         for report in reports:
             print_parts(report_to_print(report, files.get("--fix")))
     else:
-        with name_file_in_errors("standard output"):
+        with name_file_in_os_errors("standard output"):
             click.echo(sarif(reports), nl=False)
     fixed = reports[0].fixed
     texts: dict[str, str | bytes] = {

@@ -12,13 +12,13 @@ from functools import cache
 from pathlib import Path
 
 from conrod.errors import InvalidInput
-from conrod.execution.writing import real_path
 from conrod.models.printed.column_slips import other_speed
 from conrod.models.printed.row_verdicts import check_span, verdicts_on
 from conrod.models.printed.rows import PrintedRow, read_rows
 from conrod.models.printed.verdicts import AuditedDocument, PrintedVerdict
 from conrod.scenes import Scene, scene_named
 from conrod.scenes.described_scene import read_scene
+from conrod.system import real_path
 from conrod.user_files.encodings import decode_text
 from conrod.user_files.files import check_readable, name_file_in_errors
 

@@ -32,14 +32,14 @@ def ablate(scenes: tuple[str, ...], asked: AblateOptions) -> None:
     Ingredients are added to the minimal model one by one and all together, and taken from the full one.
     Finished runs are kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.ablate.api import ablate
     from conrod.studies.ablate.report import ABLATE_REPORT
 
     chosen = select_scenes(scenes, asked.assignments)
     files = check_outputs(ABLATE_REPORT, chosen, asked)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = ablate(chosen, steps_per_rev=asked.steps_per_rev, rounds=asked.rounds, engines=asked.engine, runs=runs)
     files.print_and_write(found, "ablate", scenes, machines=chosen)
     exit_with_verdict(found)

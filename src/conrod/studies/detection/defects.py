@@ -26,8 +26,7 @@ from conrod.comparison.trajectory import (
 )
 from conrod.engines.engine import Engine
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference, GenericReference
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import ExactReference, GenericReference, Kinematics
 from conrod.mechanism.mechanism import Mechanism, Point, Revolute
 from conrod.scenes import Scene
 

@@ -15,7 +15,7 @@ from conrod.engines.capabilities import ForceReport
 from conrod.engines.run import feed_recorders
 from conrod.engines.tracks import ForceTracks
 from conrod.errors import InvalidInput
-from conrod.exact import ExactReference
+from conrod.exact.kinematics import ExactReference
 from conrod.execution.case import Study
 from conrod.execution.result import JudgedCase, JudgedResult, Plan, case_results
 from conrod.execution.tolerances import Limit, scene_scales

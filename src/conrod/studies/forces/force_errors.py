@@ -18,7 +18,6 @@ from conrod.comparison.compare import size_of
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Preset
 from conrod.engines.tracks import ForceTracks
-from conrod.exact import ExactReference
 from conrod.exact.dynamics.inverse import (
     MIN_RELATIVE_CHANGE,
     TORQUE,
@@ -27,7 +26,7 @@ from conrod.exact.dynamics.inverse import (
     joint_forces,
     quantities,
 )
-from conrod.exact.kinematics import Kinematics
+from conrod.exact.kinematics import ExactReference, Kinematics
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.scenes import Scene

@@ -12,8 +12,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from conrod.exact import ExactReference
 from conrod.exact.dynamics.inverse import MIN_RELATIVE_CHANGE, CrankStates, sensitivities
+from conrod.exact.kinematics import ExactReference
 from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, constant_speed_states
 from conrod.studies.forces.results import MIN_LIKENESS
 

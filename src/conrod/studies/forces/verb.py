@@ -30,7 +30,7 @@ def forces(scenes: tuple[str, ...], asked: ForcesOptions) -> None:
     Torque of the crank, reactions of joints and contact forces, at constant crank speed.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.forces.api import REVOLUTIONS, check_quantities, forces
     from conrod.studies.forces.report import FORCES_REPORT
@@ -38,7 +38,7 @@ def forces(scenes: tuple[str, ...], asked: ForcesOptions) -> None:
     chosen = select_scenes(scenes, asked.assignments)
     quantities = check_quantities(names_in(asked.quantity), chosen)
     files = check_outputs(FORCES_REPORT, chosen, asked)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = forces(
             chosen,
             quantities=names_in(asked.quantity),

@@ -30,7 +30,7 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
     Machines move by weight, springs, loads and their start.
     Exit status 0: all that was judged is within tolerance; 1: something is not.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.mechanism.units import parse_quantity
     from conrod.studies.free_motion.api import free_motion
@@ -39,7 +39,7 @@ def free(scenes: tuple[str, ...], asked: FreeOptions) -> None:
 
     chosen = select_scenes(scenes, asked.assignments)
     files = check_outputs(FREE_MOTION_REPORT, chosen, asked)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = free_motion(
             chosen,
             torque=asked.torque,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from conrod.comparison.trajectory import Settings
 from conrod.engines import Engine, engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability, require_capability
-from conrod.exact import GenericReference
+from conrod.exact.kinematics import GenericReference
 from conrod.exact.motion import Motion, Side
 from conrod.execution.case import MIN_PASS_STEPS
 from conrod.execution.run import RunCase

@@ -45,14 +45,14 @@ def limits(scenes: tuple[str, ...], asked: LimitsOptions) -> None:
     Each axis is walked from its safe end to its failing one, and its boundaries are found to 2 %. Finished runs are
     kept in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.limits.api import limits
     from conrod.studies.limits.report import LIMITS_REPORT
 
     chosen, span = select_scenes(scenes, asked.assignments), None if asked.span is None else _span(asked.span)
     files = check_outputs(LIMITS_REPORT, chosen, asked)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = limits(chosen, axes=asked.axes, span=span, engines=asked.engine, preset=asked.preset, runs=runs)
     # Limits of a run are given too: they decide how some end.
     ended = {"--cell-timeout": asked.cell_timeout, "--cell-memory": asked.cell_memory}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 from conrod.engines.variants import grid_named
 from conrod.execution.case import pursue
@@ -16,6 +17,7 @@ from conrod.execution.resolve_arguments import (
     scenes_by_name,
 )
 from conrod.execution.runner import Runner, Runs
+from conrod.execution.timing import time_cases
 from conrod.execution.tolerances import scale_tolerance, scene_scales
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
@@ -44,7 +46,7 @@ def sweep(
     swept = grid_named(grid)
     plans = [plan_sweep(name, scene, able, swept) for name, scene in chosen.items()]
     with Runner.open(runs or Runs()) as runner:
-        studies = runner.pursue([sweep_scene(plan, runner.time) for plan in plans])
+        studies = runner.pursue([sweep_scene(plan, partial(time_cases, runner)) for plan in plans])
     call = text_of_call("sweep", list(chosen), grid=grid, engines=engine_names_given(engines))
     return Findings(SWEEP_REPORT, {study.name: study for study in studies}, call)
 
@@ -79,7 +81,7 @@ def cheapest_settings(
     allowed = check_tolerances(tolerance)
     plan = plan_sweep(name, chosen, able, "default")
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
-        return pursue(recommendation_studies(plan, allowed, runner.time, shipped_sweeps()), run)
+        return pursue(recommendation_studies(plan, allowed, partial(time_cases, runner), shipped_sweeps()), run)
 
 
 def findings_of(

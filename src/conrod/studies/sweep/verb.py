@@ -37,7 +37,7 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
 
     Finished runs are kept in the ledger and never run again: an interrupted sweep goes on where it stopped.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.engines.variants import grid_named
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.sweep.api import sweep
@@ -46,7 +46,7 @@ def sweep(scenes: tuple[str, ...], asked: SweepOptions) -> None:
     chosen = select_scenes(scenes, asked.assignments)
     grid_named(asked.grid)
     files = check_outputs(SWEEP_REPORT, chosen, asked)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = sweep(chosen, grid=asked.grid, engines=asked.engine, runs=runs)
     files.print_and_write(found, "sweep", scenes, machines=chosen)
     exit_with_verdict(found)
@@ -77,7 +77,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
 
     Exit status 0: at least one engine has such a setting; 1: none has, or cannot be trusted; 2: bad usage.
     """
-    from conrod.cli.outputs import check_outputs
+    from conrod.cli.outputs import check_outputs, runs_with_progress
     from conrod.engines.capabilities import MissingCapability, ModelFile, capability
     from conrod.execution.files import files_to_write
     from conrod.execution.resolve_arguments import choose_engines, select_scene
@@ -98,7 +98,7 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
         writers = writers_of_ending(asked.model, writers)
     tolerance = {name: number_or_text(getattr(asked, name)) for name in ("position", "velocity", "acceleration")}
     check_tolerances(tolerance)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         answers = cheapest_settings((name, chosen), tolerance, engines=engines, runs=runs)
     found = findings_of((name, chosen), tolerance, answers)
     files.print_and_write(found, "recommend", (scene,), machines={name: chosen})

@@ -43,7 +43,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
             raise InvalidInput(f"{spatial[0]} is a machine in space, {other} is not: validate them one after the other")
         _validate_in_space(scenes, asked)
         return
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
     from conrod.studies.validation.api import REVOLUTIONS, validate
@@ -62,7 +62,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
         from conrod.verification.verb import Dossier
 
         dossier = Dossier.prepare("validate", scenes, asked, chosen)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = validate(
             chosen,
             engines=asked.engine,

@@ -41,7 +41,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     Each release is installed once, in an environment of its own in the cache folder. Finished runs of scenes are kept
     in the ledger: an interrupted study goes on where it stopped.
     """
-    from conrod.cli.outputs import check_outputs, exit_with_verdict
+    from conrod.cli.outputs import check_outputs, exit_with_verdict, runs_with_progress
     from conrod.engines import engine_named
     from conrod.execution.resolve_arguments import select_scenes
     from conrod.studies.versions.api import DEFAULT_SCENES, versions
@@ -54,7 +54,7 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     options.refuse(asked, "scenes: it is for a model", *OF_MODELS)
     chosen = select_scenes(scenes or DEFAULT_SCENES, asked.assignments)
     files = check_outputs(VERSIONS_REPORT, [engine], asked)
-    with asked.runs() as runs:
+    with runs_with_progress(asked) as runs:
         found = versions(engine, chosen, releases=names_in(asked.versions), costs=asked.costs, runs=runs)
     files.print_and_write(found, "versions", {engine: engine}, {"": scenes}, machines=chosen)
     exit_with_verdict(found)
