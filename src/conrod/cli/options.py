@@ -8,16 +8,13 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial, wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import click
 
 from conrod.cli import completion, model_completion
 from conrod.cli.completion import TYPED
 from conrod.errors import InvalidInput
-
-if TYPE_CHECKING:
-    pass
 
 RUN_TIMEOUT = 600.0  # [s]
 MAX_PROCESS_MEMORY = 2.0**60  # [bytes]; the largest --cell-memory
