@@ -10,7 +10,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection stale inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release site check environments clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection stale inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release notebooks site check environments clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -114,6 +114,9 @@ mutants: $(READY) ## plant defects where verdicts are made, and fail where the t
 
 attack: $(READY) ## kills, mutated files, planted faults; docs/attack.md. Another SEED tries others; goes on where it was stopped
 	CONROD_ATTACK_SEED=$(or $(SEED),1) CONROD_ATTACK_SECONDS=$(or $(SECONDS_OF_CPU),900) $(BIN)/python -m pytest -q -rs -m slow tests/attack
+
+notebooks: $(READY) ## run the notebooks in examples/ and write their pages, with what they print; half a minute
+	$(BIN)/python docs/notebooks.py
 
 site: $(READY) ## the committed results and pages as a site of HTML files in site/
 	$(BIN)/python docs/site.py site

@@ -21,13 +21,15 @@ from conrod.report.kind import KINDS
 
 ROOT = Path(__file__).parents[1]
 ENTRANCE, DOCS, REPORTS, FIRST_DOC, SEARCH = "README.md", "docs", "reports", "docs/README.md", "search.html"
+EXAMPLES, FIRST_EXAMPLE = "examples", "examples/README.md"
 FIRST_REPORT = "reports/README.md"
 MACHINES = ("reports", "reports/catalogue")  # whose pages the entrance leads to
 
 
 def pages() -> dict[str, str]:
     """The file of the site that each page of the repository is, by its path."""
-    found = [ENTRANCE, *(p.relative_to(ROOT).as_posix() for top in (DOCS, REPORTS) for p in (ROOT / top).rglob("*.md"))]
+    folders = (DOCS, EXAMPLES, REPORTS)
+    found = [ENTRANCE, *(p.relative_to(ROOT).as_posix() for top in folders for p in (ROOT / top).rglob("*.md"))]
     return {name: "index.html" if name == ENTRANCE else f"{name.removesuffix('.md')}.html" for name in found}
 
 
@@ -115,6 +117,7 @@ def places(page: str, file: str, site: Mapping[str, str]) -> list[SitePlace]:
         "Start": (site[ENTRANCE], page == ENTRANCE),
         "Machines": (f"{site[ENTRANCE]}#machines", of_machine),
         "Studies": (f"{site[FIRST_REPORT]}#README--other-reports", page.startswith(REPORTS) and not of_machine),
+        "Notebooks": (site[FIRST_EXAMPLE], page.startswith(EXAMPLES)),
         "Documentation": (site[FIRST_DOC], page.startswith(DOCS)),
         "Search": (SEARCH, page == SEARCH),
     }

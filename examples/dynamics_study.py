@@ -69,7 +69,8 @@ print(slip.passed, slip.verdict)
 #
 # ## What to do next
 #
-# - With a motor and a controller of your own: docs/reuse.md has a speed controller, judged in the same way.
+# - With a motor and a controller of your own: [reuse](../docs/reuse.md) has a speed controller, judged in the same
+#   way.
 # - Other engines, without a loop of your own: `conrod.free_motion("pendulum")` lets machines go in all that are
 #   installed.
 # - The forces, for the bearings and the motor: `conrod.forces("saw-500rpm")`.

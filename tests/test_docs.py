@@ -25,7 +25,7 @@ DOCS = ROOT / "docs"
 SOURCE = ROOT / "src" / "conrod"
 ROOMS = sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
 MADE = {"benchmarks/results.json"}  # written by a command, not committed
-PAGES = sorted([*ROOT.glob("*.md"), ROOT / "examples" / "README.md", *DOCS.rglob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "examples").glob("*.md"), *DOCS.rglob("*.md")])
 REPORTS = sorted((ROOT / "reports").rglob("*.md"))
 
 

@@ -54,7 +54,9 @@ def test_every_page_leads_to_all_parts_of_the_site(site: Any) -> None:
     files = {*pages.values(), "search.html"}
     for page, file in pages.items():
         found = site.places(page, file, pages)
-        assert [one.name for one in found] == ["Start", "Machines", "Studies", "Documentation", "Search"]
+        assert [one.name for one in found] == [
+            "Start", "Machines", "Studies", "Notebooks", "Documentation", "Search",
+        ]  # fmt: skip
         assert sum(one.here for one in found) == 1, page
         for one in found:
             path = one.address.partition("#")[0]
@@ -65,6 +67,7 @@ def test_every_page_leads_to_all_parts_of_the_site(site: Any) -> None:
     assert here["reports/catalogue/geneva.md"] == "Machines"
     assert here["reports/limits/saw-500rpm.md"] == here["reports/README.md"] == "Studies"
     assert here["docs/limits.md"] == "Documentation"
+    assert here["examples/judge_my_model.md"] == "Notebooks"
 
 
 def test_head_of_a_page_marks_the_part_that_it_is_of(site: Any) -> None:
