@@ -10,6 +10,8 @@ import pytest
 from table_files import ROWS, Columns, exact_table, judge_columns
 
 from conrod.exact.motion import Array
+from conrod.models.tables.causes import likely_causes
+from conrod.models.tables.errors import TableComparison
 from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, scene_named
 
@@ -79,6 +81,26 @@ def test_what_else_is_wrong_is_named_beside_a_dead_sensor(tmp_path: Path) -> Non
     study = judge_columns(table, SAW, tmp_path, tolerance=POSITION)
     assert [cause.kind for cause in study.causes] == ["dead sensor", "time offset"]
     assert "(0.3 of a step) earlier" in study.causes[1].text
+
+
+def test_sensors_that_leave_no_row_are_all_of_the_error() -> None:
+    table, row = exact_table(SAW, rows=9), np.arange(19)
+    for name, begin, end in (("M.x", 0, 8), ("M.y", 6, 13), ("C.x", 11, 19)):
+        table[name] = np.where((begin <= row) & (row < end), 0.0123, table[name])
+    (cause,) = likely_causes(TableComparison(table, SAW), ["position"])
+    assert cause.kind == "dead sensor"
+    assert [left for _, left in cause.explains.values()] == [0.0]
+
+
+@pytest.mark.parametrize(("share", "named"), [(0.4, True), (0.6, False)])
+def test_a_dead_sensor_beside_an_unknown_cause_halves_the_error(share: float, named: bool) -> None:
+    frozen_column, size = frozen(EXACT["C.x"], 230), SAW.lengths["M"] / SAW.lengths["C"]
+    largest = float(np.abs(frozen_column - EXACT["C.x"]).max())
+    strange = share * size * largest * np.sin(37.0 * np.arange(2 * ROWS + 1) ** 2)
+    table = {name: EXACT[name] for name in ("time", *ALL)} | {"C.x": frozen_column, "M.y": EXACT["M.y"] + strange}
+    comparison = TableComparison(table, SAW)
+    kinds = [cause.kind for cause in likely_causes(comparison, ["position"])]
+    assert kinds == (["dead sensor"] if named else [])
 
 
 def kinds(study: TableStudy) -> list[str]:

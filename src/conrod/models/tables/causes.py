@@ -91,7 +91,8 @@ def likely_causes(
     rest = drop_stuck(rows, stuck)
     after = {name: rest.largest(name) or 0.0 for name in before} if len(rest.times) >= MIN_STUCK_ROWS else {}
     left = {name: size for name, size in after.items() if size > MIN_NOTEWORTHY_ERROR}
-    others = _reproducing_causes(_hypotheses(rest, tuple(left)), rest, left, limits)
+    # Without a row, or an error, there is nothing to look at.
+    others = _reproducing_causes(_hypotheses(rest, tuple(left)), rest, left, limits) if left else ()
     explains = {name: (size, after.get(name, 0.0)) for name, size in before.items() if after.get(name, 0.0) < size}
     helps = any(left <= MAX_STUCK_REMAINING * size for size, left in explains.values())
     own = Cause(STUCK, stuck_words(rows, stuck), explains)
