@@ -352,3 +352,12 @@ def test_errors_are_taken_at_crank_motion_reached() -> None:
             np.testing.assert_allclose(ExactMotions(SAW).error(moved, name, quantity), [[1.0, -2.0]] * 50, atol=1e-9)
         late = np.linalg.norm(motion.point(name).position - steady.point(name).position, axis=1) / SAW.lengths[name]
         np.testing.assert_allclose(errors.total.error, late, atol=ROUNDING)
+
+
+def test_nominal_motion_turns_at_the_nominal_speed() -> None:
+    times = np.linspace(0.0, 0.7 * SAW.period, 50)
+    slow = Instants(times, 0.5 * SAW.speed * times, np.full(50, 0.5 * SAW.speed), np.zeros(50))
+    found, steady = ExactMotions(SAW).at_nominal_angle(slow, SAW.speed), SAW.motion(SAW.speed * times, SAW.speed)
+    for name in SAW.lengths:
+        for quantity in QUANTITIES:
+            np.testing.assert_array_equal(getattr(found.point(name), quantity), getattr(steady.point(name), quantity))

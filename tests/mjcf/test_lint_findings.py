@@ -144,6 +144,9 @@ def test_a_change_is_over_the_travel_or_the_size_of_what_stands(tmp_path: Path) 
     assert one.change_to(replace(other, points=np.zeros((1, 1, 3)))) == BOUNDLESS
     empty = replace(other, points=np.zeros((2, 0, 3)))
     assert run_with(bench, points=empty.points).change_to(empty) == 0.0
+    # What travels by exactly a billionth of the size stands, too.
+    one, other = moved(bench, 0.05, 1e-9 * bench.size)
+    assert one.change_to(other) == pytest.approx(0.05 / bench.size)
 
 
 def test_models_differ_in_the_first_array_that_differs() -> None:

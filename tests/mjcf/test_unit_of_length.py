@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from conrod.errors import InvalidInput
+from conrod.mjcf.request import size_of_unit
 from conrod.mjcf.unit_of_length import controls_in_metres, convert_to_metres
 
 
@@ -121,3 +122,10 @@ def test_all_parts_that_are_not_converted_are_named() -> None:
         "to metres"
     )
     convert_to_metres(model, 1.0)
+
+
+def test_sizes_of_units_are_in_metres_and_others_are_refused() -> None:
+    assert [size_of_unit(unit) for unit in (None, "m", "cm", "mm", "inch")] == [1.0, 1.0, 0.01, 0.001, 0.0254]
+    with pytest.raises(InvalidInput) as refused:
+        size_of_unit("yards")
+    assert str(refused.value) == "unknown unit of a model's lengths 'yards': choose from cm, inch, m, mm"

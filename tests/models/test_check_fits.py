@@ -12,10 +12,10 @@ import pytest
 
 from conrod.errors import InvalidInput
 from conrod.mjcf.request import Scan
-from conrod.models.check import references
-from conrod.models.check.fitting import PathSearch, _fit_coarsely
+from conrod.models.check import fitting, references
+from conrod.models.check.fitting import FrameFit, PathSearch, _fit_coarsely, fit_frame
 from conrod.models.check.frame import GivenFrame, candidate_views
-from conrod.models.check.identity import identify, is_machine
+from conrod.models.check.identity import _fit_best_branch, _round_frame, identify, is_machine
 from conrod.models.check.references import (
     ALL_LENGTHS,
     length_names,
@@ -98,6 +98,39 @@ def test_a_given_frame_is_kept_and_what_it_leaves_is_said() -> None:
     assert wrong.largest == max(wrong.off_by.values())
 
 
+def test_distance_of_exactly_the_tolerance_is_within_it() -> None:
+    identity = replace(identify(SAW, scan_of(SAW), GivenFrame())[0], off_by={"C": 1e-4, "M": 5e-5})
+    assert identity.is_machine(1e-4)
+    assert not identity.is_machine(0.999e-4)
+    # Times a point's weight; and whatever the tolerance, what rounding explains is none.
+    assert identity.is_machine(5e-5, {"C": 0.5})
+    assert replace(identity, floor=1e-4).is_machine(1e-9)
+
+
+def fit_of(scene: Scene, scan: Scan, given: GivenFrame) -> FrameFit:
+    """The frame that is fitted to a scan, seen as it was made."""
+    (view,) = candidate_views(scan.axis, 1, "xz")
+    return fit_frame(PathSearch(scene, scan, view, given))
+
+
+@pytest.mark.parametrize("turns", [-0.5, 0.5, 1.5])
+def test_rotation_is_within_half_a_turn_where_turns_differ(turns: float) -> None:
+    scene = scene_named("planetary-gear")
+    fit = fit_of(scene, scan_of(scene, math.pi, 0.4), GivenFrame())
+    assert not returns_after_turn(scene)
+    assert _round_frame(replace(fit, rotation=2.0 * math.pi * turns), 1e-9).rotation == pytest.approx(math.pi)
+
+
+def test_machine_without_another_branch_is_fitted_on_its_own() -> None:
+    pendulum = scene_named("pendulum")
+    assert other_branches(pendulum) == ()
+    scan = scan_of(pendulum)
+    uneven = scan.positions + 0.01 * np.cos(3.0 * scan.coordinate)[:, None] * RIGHT
+    fit = _fit_best_branch(pendulum, replace(scan, positions=uneven), GivenFrame())
+    assert fit.search.branch is None
+    assert fit.largest > 5e-3
+
+
 @pytest.mark.parametrize("name", ["swinging-four-bar"])
 @pytest.mark.parametrize("zero", [None, 0.3])
 def test_one_pass_of_a_machine_is_found(name: str, zero: float | None) -> None:
@@ -164,6 +197,29 @@ def test_a_length_that_is_off_is_the_explanation(change: dict[str, float], exces
     assert getattr(machine, name) == pytest.approx(found, rel=1e-8)
     assert explanation.left < 1e-9
     assert identity.largest > 1e-5
+
+
+def test_a_length_is_fitted_beside_lengths_that_close_no_machine() -> None:
+    # A rod of less than 0.19 m does not reach from the crank pin to the slide, and the first step goes there.
+    fit = fit_of(SAW, scan_of(Saw(rod=0.191)), GivenFrame(rotation=0.0, zero=0.0)).refine(["rod"])
+    assert length_of(fit.machine, "rod") == pytest.approx(0.191, rel=1e-9)
+    assert fit.rms < 1e-12
+
+
+def test_fit_ends_with_the_step_that_gains_little(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, scan, random = list[float](), scan_of(Saw(rod=0.303)), np.random.default_rng(3)
+    noise = 1e-3 * (random.normal(size=(2, SAMPLES, 1)) * RIGHT + random.normal(size=(2, SAMPLES, 1)) * UP)
+    fit = fit_of(SAW, replace(scan, positions=scan.positions + noise), GivenFrame())
+
+    def with_lengths_noted(scene: Scene, names: Any, values: Any) -> Any:
+        made.append(values[0])
+        return with_lengths(scene, names, values)
+
+    monkeypatch.setattr(fitting, "with_lengths", with_lengths_noted)
+    rms = fit.refine(["rod"]).rms
+    # Two steps: where it starts, where each leads, and two beside each for the slope.
+    assert len(made) <= 9
+    assert rms < 0.9 * fit.rms
 
 
 def test_a_machine_of_another_size_has_a_factor_on_all_lengths() -> None:

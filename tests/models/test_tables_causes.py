@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from circling_points import CirclingPoints
 from synthetic import longer_rod, synthetic_trajectory
 from table_files import ROWS, Columns, exact_table, judge_columns
 
-from conrod.models.tables.causes import _reproducing_causes
+from conrod.models.tables.causes import _fit_stamp, _reproducing_causes
+from conrod.models.tables.errors import TableComparison
 from conrod.models.tables.study import TableStudy
 from conrod.scenes import Saw, Scene, ShearPress, scene_named
 
@@ -204,3 +206,13 @@ def test_simpler_cause_stays_unless_another_leaves_far_less(factor: float, text:
     ]
     (found,) = _reproducing_causes(tried, undone(1.0), {"total": 1.0}, {})
     assert found.text == text
+
+
+@pytest.mark.parametrize(("turns", "found"), [(0.3, True), (-0.49, True), (0.498, False), (-0.498, False)])
+def test_a_stamp_is_not_looked_for_at_half_a_turn(turns: float, found: bool) -> None:
+    # There later is as near as earlier.
+    scene: Any = CirclingPoints()
+    times = np.linspace(0.0, 2.0 * scene.period, 81)
+    late = scene.table(times + turns * scene.period, "velocity") | {"time": times}
+    expected = pytest.approx(turns * scene.period, rel=1e-9) if found else None
+    assert _fit_stamp("velocity", TableComparison(late, scene)) == expected

@@ -7,6 +7,7 @@ import math
 import struct
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from table_files import LETTERS, ROWS, Columns, csv_text, exact_table, judge_col
 
 from conrod import InvalidInput, Trajectory, compare
 from conrod.cli.options import names_in
+from conrod.execution.tolerances import UnscaledLimit
 from conrod.models.tables.errors import TableComparison
 from conrod.models.tables.estimation import check_estimated, estimate
 from conrod.models.tables.study import TableStudy
@@ -51,6 +53,21 @@ def test_table_is_judged_as_a_run_and_drive_error_is_in_total(tmp_path: Path) ->
             assert study.largest("phase") == pytest.approx(expected.phase_max, rel=0, abs=1e-12)
             assert (study.largest("position") or 0.0) < 1e-12
             assert (study.largest("total") or 0.0) > 1e-4
+
+
+def test_total_is_weighed_as_the_position_that_is_asked_for(tmp_path: Path) -> None:
+    # Of M alone, late by 1e-3 rad: a share of its own travel is a smaller one of that of C, which travels further.
+    late = exact_table(SAW, phase=1e-3, crank=True)
+    table = {name: own for name, own in late.items() if not name.startswith("C")}
+    table["crank_angle"] = table["crank_angle"] + 1e-3
+    plain = judge_columns(table, SAW, tmp_path, tolerance={"position": 1e-4})
+    limit: Any = UnscaledLimit(1e-4 * SAW.lengths["C"], is_share=False)
+    study = judge_columns(table, SAW, tmp_path, tolerance={"position": limit})
+    assert study.tolerance == pytest.approx(plain.tolerance)
+    assert study.weights["total"] == study.weights["position"]
+    share = SAW.lengths["M"] / SAW.lengths["C"]
+    assert study.largest("total") == pytest.approx(share * (plain.largest("total") or 0.0))
+    assert study.largest("total") > 1e-4
 
 
 @pytest.mark.parametrize(("name", "size"), [("saw-500rpm", 1e-4), ("shear-press", 1e-9)])

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import conrod
-from conrod.models.tables.consistency import contradictory_quantities
+from conrod.models.tables.consistency import _missed_changes, contradictory_quantities
 from conrod.models.tables.errors import TableComparison
+from conrod.models.tables.lengths import _LengthSearch
 from conrod.report.findings import Findings
 from conrod.scenes import SCENES, Scene
 
@@ -94,6 +95,23 @@ def test_accelerations_that_contradict_velocities_are_named() -> None:
     assert "velocity (off by < 1e-12, <" in whole.verdict
 
 
+@pytest.mark.parametrize(("rod", "found"), [(0.42, True), (0.46, False)])
+def test_a_length_is_fitted_up_to_half_of_the_machines_size(rod: float, found: bool) -> None:
+    # The rod of 0.3 m is its largest length.
+    search = _LengthSearch(TableComparison(exact_table(changed(SAW, "rod", rod - 0.3)), SAW), "position")
+    fit = search.fit(["rod"])
+    assert (fit is not None) is found
+    assert fit is None or fit[0] == {"rod": pytest.approx(rod, rel=1e-9)}
+
+
+@pytest.mark.parametrize(("apart", "found"), [(1e-8, False), (1e-4, True)])
+def test_lengths_with_one_effect_are_not_fitted_together(apart: float, found: bool) -> None:
+    search = _LengthSearch(TableComparison(exact_table(changed(SAW, "rod", 3e-6)), SAW), "position")
+    rod, crank = (search.slopes[name] for name in ("rod", "crank"))
+    search.__dict__["slopes"] = {"rod": rod, "crank": rod + apart * crank}
+    assert (search.fit(["rod", "crank"]) is not None) is found
+
+
 def healthy_tables() -> dict[str, dict[str, Any]]:
     """Ten tables of the saw's right motion, as tools and sensors write it."""
     whole, random = exact_table(SAW, rates=True), np.random.default_rng(5)
@@ -129,6 +147,17 @@ def test_a_healthy_table_contradicts_nothing(name: str) -> None:
     values = healthy_tables()[name]
     table = TableComparison({one: np.asarray(own) for one, own in values.items()}, SAW)
     assert contradictory_quantities(table) == ()
+
+
+@pytest.mark.parametrize("rows", [13, 25])
+def test_integrals_of_exact_rates_miss_nothing_in_coarse_rows(rows: int) -> None:
+    values = exact_table(SAW, rates=True, rows=rows)
+    for of, rate in (("position", "velocity"), ("velocity", "acceleration")):
+        assert [missed for missed, _ in _missed_changes(TableComparison(values, SAW), of, rate)] == [0.0] * 4
+    # The control: half of each acceleration is missed.
+    half = values | {name: 0.5 * own for name, own in values.items() if ".a" in name}
+    missed = [size for size, _ in _missed_changes(TableComparison(half, SAW), "velocity", "acceleration")]
+    assert min(missed[0], missed[2], missed[3]) > 0.1  # C goes along x
 
 
 @pytest.mark.slow

@@ -93,6 +93,13 @@ def test_speeds_of_links_alone_are_told_from_rpm(exported: dict[str, Array], tmp
     assert [cause.text for cause in study.causes] == [words]
 
 
+def test_angles_alone_are_all_rotations_that_slipped(exported: dict[str, Array], tmp_path: Path) -> None:
+    alone = {name: own for name, own in exported.items() if name.split(" ")[0] not in ROD or "angle_rod" in name}
+    study = judge(changed(alone, angle_rod=math.degrees(1.0)), tmp_path, {"rotation": 1e-6})
+    words = "links' rotations are 57.2958 times too large: degrees taken for radians"
+    assert [cause.text for cause in study.causes] == [words]
+
+
 def test_another_line_of_the_link_is_named_with_its_angle(exported: dict[str, Array], tmp_path: Path) -> None:
     study = judge(exported | {"angle_rod [rad]": exported["angle_rod [rad]"] + math.radians(90.0)}, tmp_path)
     assert [cause.kind for cause in study.causes] == ["link angle zero"]

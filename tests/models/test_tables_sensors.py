@@ -14,7 +14,7 @@ from conrod.exact.motion import Array
 from conrod.models.tables.errors import TableComparison
 from conrod.models.tables.sensors import _crank_speed, _offset, _speed_error
 from conrod.models.tables.study import TableStudy
-from conrod.scenes import Saw
+from conrod.scenes import Saw, scene_named
 
 SAW = Saw(speed=4.0 * math.pi / 3.0)
 ALL = ("position", "velocity", "acceleration")
@@ -96,6 +96,16 @@ def test_speed_of_the_crank_is_that_of_its_angle_or_positions(
     table = TableComparison(exact_table(Saw(speed=factor * SAW.speed), (quantity,), crank=crank), SAW)
     assert _speed_error(table) == pytest.approx(share * SAW.speed, rel=1e-6, abs=0.0)
     assert len(list(_crank_speed(table))) == (0.0 < share < 0.2)
+
+
+def test_no_speed_is_fitted_where_the_linkage_does_not_go() -> None:
+    scene, times = scene_named("swinging-four-bar"), np.linspace(0.0, 1.0, 50)
+    begin, end = scene.kinematics.mechanism.driver.span or (0.0, 0.0)
+    table = exact_table(scene, times=(begin + (end - begin) * times) / scene.speed)
+    assert _speed_error(TableComparison(table, scene)) == pytest.approx(0.0, abs=1e-9)
+    # Later than the pass ends by half a turn.
+    late = table | {"time": table["time"] + 0.5 * scene.period}
+    assert _speed_error(TableComparison(late, scene)) == 0.0
 
 
 def test_a_crank_at_another_speed_is_named_with_both(tmp_path: Path) -> None:

@@ -135,6 +135,15 @@ def test_what_a_verdict_leaves_out(
     assert unjudged_quantities(with_columns(*columns), tolerance) == unjudged
 
 
+def test_a_column_that_moves_as_far_as_is_allowed_stands_still() -> None:
+    # In half a turn from the side on, x travels twice as far as y.
+    scene = Carried(radii={"A": 0.5})
+    half = TableComparison(dict.fromkeys(("time", "A.y"), QUARTERS[:3]), scene)  # type: ignore[arg-type]
+    limit = exact_travels(half, "position")["A.y"]
+    assert unjudged_quantities(half, {"position": limit})[0] == "position of A (A.y stands still)"
+    assert unjudged_quantities(half, {"position": 0.99 * limit})[0] == "position of A.x"
+
+
 @pytest.mark.parametrize(("count", "words"), [
     (6, "position of A, B, C, D, E, F"), (7, "position of A, B, C, D, E, F and 1 more"),
     (8, "position of A, B, C, D, E, F and 2 more"),

@@ -19,6 +19,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.mjcf.driving import LoopRecording, forward_copy
 from conrod.models.check import report as words
+from conrod.models.check import study as study_module
 from conrod.models.check.frame import Frame, PlaneView
 from conrod.models.check.results import OWN, ModelStudy
 from conrod.models.check.study import SceneBench
@@ -264,6 +265,23 @@ def test_servo_passes_by_its_own_run_when_it_follows_command(tmp_path: Path) -> 
     assert len(study.judged) == 2
     worst = max(run.worst("position") or 0.0 for run in study.judged)
     assert not servo_at(tmp_path, SCENE.speed, tolerance=0.99 * worst).passed
+
+
+@pytest.mark.usefixtures("no_presets")
+@pytest.mark.parametrize(("gaps", "judged"), [((0.0, 0.01, 0.01), False), ((0.01, 0.0, 0.0), True)])
+def test_standing_model_is_judged_where_its_start_is_open(
+    gaps: tuple[float, ...], judged: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = study_module.record_run
+
+    def opened(*given: Any, **more: Any) -> Any:
+        run, rest = record(*given, **more)
+        later = np.full(len(run.times) - 2, gaps[2])
+        return replace(run, violations={"slider-pin": np.array([*gaps[:2], *later])}), rest
+
+    monkeypatch.setattr(study_module, "record_run", opened)
+    own = servo_at(tmp_path, 0.0).own_run
+    assert (own.outcome, own.errors is not None) == (Outcome.COMPLETED, judged)
 
 
 @pytest.mark.slow

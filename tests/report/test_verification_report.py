@@ -174,6 +174,12 @@ def test_an_order_that_is_off_or_not_shown_is_a_deviation() -> None:
     assert not refinement_of(1e-3, 1e-6, 1e-6 / 16, 1e-6 / 256).is_off
 
 
+def test_an_order_may_be_off_by_a_quarter(monkeypatch: pytest.MonkeyPatch) -> None:
+    for order, off in ((3.75, False), (4.25, False), (4.26, True), (3.74, True)):
+        monkeypatch.setattr(Refinement, "order", order)
+        assert refinement_of(1e-6, 1e-6).is_off is off
+
+
 def test_uncertainty_is_safety_factor_times_distance_to_limit() -> None:
     path = [(20, 7.0), *((n, 0.3 + 5.0 * n**-2.0) for n in (50, 150, 450))]  # the three finest count
     for steps, finer in ((150, 150), (1000, 450)):

@@ -35,7 +35,15 @@ from conrod.studies.ablate.findings import (
     ingredient_verdict,
     reference_errors,
 )
-from conrod.studies.ablate.study import CostCase, CostResult, ablate_engine, ablation_study, motion_change
+from conrod.studies.ablate.study import (
+    AblationCases,
+    CostCase,
+    CostResult,
+    Variant,
+    ablate_engine,
+    ablation_study,
+    motion_change,
+)
 
 SCENE = "saw-500rpm"
 MINIMAL_ERROR = 4e-11
@@ -173,6 +181,16 @@ def test_motion_change_needs_two_runs_that_completed() -> None:
     )
     assert motion_change(one, one) == {"position": 0.0, "velocity": 0.0, "acceleration": 0.0}
     assert motion_change(one, RunResult("opened")) is None
+
+
+def test_a_run_without_an_error_is_exact() -> None:
+    cases, settings = AblationCases(SCENE, SAW, 2), base(SAW, STEPS)
+    sizes = dict.fromkeys(JUDGED_ERRORS, dict.fromkeys(("max", "rms", "final"), 0.0))
+    minimal, runs = Variant(Role.MINIMAL, "", settings, settings), dict[str, RunResult]()
+    for errors in ({"C": sizes}, {}, None):
+        runs[cases.run_case(settings).key] = RunResult("completed", errors=errors)
+        found = cases.variant_results([minimal], runs, {})[Role.MINIMAL, ""].errors
+        assert found == (None if errors is None else dict.fromkeys(JUDGED_ERRORS, 0.0))
 
 
 def test_timing_has_a_key_of_both_models_machine_and_rounds() -> None:

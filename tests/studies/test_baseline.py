@@ -306,6 +306,18 @@ def test_baseline_is_of_the_given_options_and_the_machine(tmp_path: Path) -> Non
     assert prepared(file).now.hash == prepared(str(file), more=None).now.hash
 
 
+def test_study_is_repeated_at_each_factor_of_the_speed(tmp_path: Path) -> None:
+    asked: list[Mapping[str, Scene]] = []
+
+    def find(scenes: Sequence[Mapping[str, Scene]]) -> list[list[float]]:
+        asked.extend(scenes)
+        return [[ERROR]] * len(scenes)
+
+    prepared(tmp_path / "b.json").compare([ERROR], find, lambda results: found(*results))
+    assert [one["saw"].speed for one in asked] == [SAW.speed * factor for factor in SPEED_FACTORS]
+    assert len({one["saw"].speed for one in asked} | {SAW.speed}) == 5
+
+
 def test_without_a_file_there_is_nothing_to_check_or_to_accept(tmp_path: Path) -> None:
     assert prepared(None) is None
     with pytest.raises(InvalidInput, match=r"^--accept: it is for a baseline, name its file with --baseline$"):

@@ -86,6 +86,14 @@ def test_healthy_cams_are_trusted_where_accelerations_jump(name: str, engine: st
     assert contradictions(found.misfit) == {}
 
 
+def test_a_difference_contradicts_beyond_what_is_allowed() -> None:
+    allowed = {name: {"difference": size, "allowed": 1e-9} for name, size in (("less", 0.9e-9), ("equal", 1e-9))}
+    assert contradictions(allowed) == {}
+    for size in (1.1e-9, float("nan")):
+        wrong = {"difference": size, "allowed": 1e-9}
+        assert contradictions({**allowed, "more": wrong}) == {"more": wrong}
+
+
 @pytest.mark.parametrize("name", [*SCENES, "six-bar", "jansen-leg", "peaucellier", "parallelogram", "cam-cycloidal"])
 def test_every_reference_agrees_with_its_joints(name: str) -> None:
     found = reference_misfit(scene_named(name))

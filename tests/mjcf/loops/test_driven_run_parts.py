@@ -302,6 +302,36 @@ def test_own_run_has_the_requested_length_and_names_its_drive() -> None:
     assert found.reason.endswith(" s")
 
 
+def test_own_run_is_looked_at_in_each_of_a_few_steps() -> None:
+    # A crank alone at 5 rad/s, of 40 steps: the way of its body is one of chords.
+    text = """<mujoco><option timestep="0.01" gravity="0 0 0"/><worldbody><body name="a"><joint name="a" axis="0 0 1"/>
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><body name="b" pos="0.1 0 0"><geom size="0.01" mass="1e-9"/>
+    </body></body></worldbody></mujoco>"""
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qvel[:] = 5.0
+    found = shipped_run(tree_at_rest(model), model, data, 0.4, "", TRAVEL)
+    assert found.path == pytest.approx(39 * 2.0 * 0.1 * np.sin(0.5 * 0.05), rel=1e-6)
+
+
+def test_own_run_opens_by_the_largest_gap_on_its_way() -> None:
+    # It starts open, and closes.
+    model = mujoco.MjModel.from_xml_string(four_bar(option='gravity="0 0 0"'))
+    data, again, gaps = mujoco.MjData(model), mujoco.MjData(model), list[float]()
+    tree = tree_at_rest(model)
+    for one in (data, again):
+        one.qpos[2] += 0.01
+    for _ in range(50):
+        mujoco.mj_step(model, again)
+        aside = mujoco.MjData(model)
+        aside.qpos[:] = again.qpos
+        mujoco.mj_fwdPosition(model, aside)
+        gaps.append(closure_violations(tree, model, aside)["pin"])
+    found = shipped_run(tree, model, data, 0.05, "", TRAVEL)
+    assert found.gap == pytest.approx(max(gaps), rel=1e-9)
+    assert gaps[-1] < 0.5 * max(gaps)
+
+
 # -- runs --------------------------------------------------------------------------------------------------------------
 
 

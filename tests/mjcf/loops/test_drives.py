@@ -324,3 +324,11 @@ def test_contact_presets_apply_when_file_overrides_geoms() -> None:
     assert np.array_equal(model.opt.o_solref, model.geom_solref[0])
     own = with_settings(mujoco.MjModel.from_xml_string(over), OWN, STEP, 0.1)
     assert own.opt.o_solref.tolist() == [0.5, 1.0]
+
+
+def test_run_of_few_steps_has_a_sample_at_each() -> None:
+    text, laws = MODELS[next(iter(MODELS))]
+    model = mujoco.MjModel.from_xml_string(text)
+    bench = _LoopBench.from_request(model, LoopRequest(laws, seconds=12 * STEP))
+    _, coordinates = bench._record_model(OWN, with_settings(model, OWN, STEP, bench.period), 0.1)
+    assert coordinates.shape == (model.nq, 13)

@@ -18,6 +18,7 @@ from conrod.mjcf.equalities import (
     closure_name,
     constraint_violations,
     disabling_flag,
+    equality_kind,
     handle_indices,
     handle_words,
     inactive_closures,
@@ -291,6 +292,13 @@ def test_flexes_are_refused_by_their_number() -> None:
     with pytest.raises(InvalidInput) as told:
         check_rigid(compiled(more=CLOTH))
     assert str(told.value) == "it has 1 flex: only rigid bodies have an exact motion here"
+
+
+def test_an_equality_of_a_flex_is_of_no_kind() -> None:
+    flexible = compiled(more=CLOTH)
+    kinds = [equality_kind(flexible, index) for index in range(flexible.neq)]
+    assert kinds.count("") == 1
+    assert set(kinds) - {""} == {equality_kind(compiled(), index) for index in range(compiled().neq)}
 
 
 # -- handles -----------------------------------------------------------------------------------------------------------

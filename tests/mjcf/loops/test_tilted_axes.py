@@ -23,6 +23,7 @@ from conrod.mjcf.loop_results import LoopRequest
 from conrod.mjcf.reading import laws_of, tree_of
 from conrod.models.check.frame import GivenFrame
 from conrod.models.check.study import study_scene_model
+from conrod.models.loops import tracking
 from conrod.models.loops.study import _LoopBench, study_loops
 from conrod.scenes import SCENES
 from conrod.scenes.space import MACHINES
@@ -162,6 +163,37 @@ def test_drives_that_are_too_many_are_laid_to_no_axis() -> None:
         _LoopBench.from_request(
             mujoco.MjModel.from_xml_string(four_bar()), LoopRequest({"crank": "60rpm", "rocker": "sine:5deg,1Hz"})
         )
+
+
+TILTED = JointCorrection("rocker", "axis", np.radians(0.05))
+AXIS_WORDS = "; the axis of rocker is 0.05 deg off, which alone explains it"
+UNKNOWN_WORDS = "; no single axis or anchor explains it"
+
+
+@pytest.mark.parametrize(("joints", "stuck", "spare", "found", "words"), [
+    (14, True, "", [TILTED], AXIS_WORDS),
+    (14, False, "", [TILTED], AXIS_WORDS),
+    (14, True, "", [], UNKNOWN_WORDS),
+    (14, False, "", [], ""),  # some of the drives can stay: they are too many
+    (15, True, "", [TILTED], ""),  # more than it is tried for
+    (15, False, "", [TILTED], ""),
+    (14, True, "; without brake it moves", [TILTED], "; without brake it moves"),
+])  # fmt: skip
+def test_blocked_drives_are_laid_to_what_was_looked_for(
+    joints: int, stuck: bool, spare: str, found: list[JointCorrection], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: Any) -> None:
+        error = TooManyDrivesError("they are too many")
+        error.stuck = stuck
+        raise error
+
+    monkeypatch.setattr(tracking, "check_drives", refuse)
+    monkeypatch.setattr(tracking, "removable_words", lambda *_: spare)
+    monkeypatch.setattr(tracking, "explain_immobility", lambda *_: found)
+    machine: Any = SimpleNamespace(tree=SimpleNamespace(loop_joints=("",) * joints), laws={}, held=())
+    with pytest.raises(InvalidInput) as refused:
+        tracking._check_drives(machine, np.zeros((1, 1)), explained=False)
+    assert str(refused.value) == f"they are too many{words}"
 
 
 @pytest.mark.parametrize("extent", [0.01, 100.0])
