@@ -8,13 +8,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from conrod.exact.dynamics.inverse import CrankStates, joint_forces
+from conrod.exact.dynamics.inverse import joint_forces
+from conrod.exact.motion import Instants
 from conrod.exact.kinematics import Kinematics
 from conrod.scenes import scene_named
 
 saw = scene_named("saw-coasting")  # or read_scene(Path("my_saw.toml"))
 angle = np.linspace(0.0, 2.0 * np.pi, 721)
-steady = CrankStates(angle, np.full_like(angle, saw.speed), np.zeros_like(angle), angle / saw.speed)
+steady = Instants(angle / saw.speed, angle, np.full_like(angle, saw.speed), np.zeros_like(angle))
 
 
 def shaking(counterweight: float) -> np.ndarray:

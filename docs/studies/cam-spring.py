@@ -7,13 +7,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from conrod import MuJoCoSettings, run
-from conrod.exact.dynamics.inverse import CrankStates, joint_forces
+from conrod.exact.dynamics.inverse import joint_forces
+from conrod.exact.motion import Instants
 from conrod.scenes import Scene, scene_named
 
 SPEED, LEAST_PUSH, PRELOAD = 20.0, 5.0, 10.0  # [rad/s], [N] left between cam and roller, [N] on the base circle
 cam = scene_named("cam-spring-slow")  # or read_scene(Path("my_cam.toml"))
 angle = np.union1d(np.linspace(0.0, 2.0 * np.pi, 721), np.array(cam.break_angles()) + 1e-6)
-steady = CrankStates(angle, np.full_like(angle, SPEED), np.zeros_like(angle), angle / SPEED)
+steady = Instants(angle / SPEED, angle, np.full_like(angle, SPEED), np.zeros_like(angle))
 
 
 def sprung(stiffness: float) -> Scene:

@@ -8,7 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.comparison.trajectory import Instants, Piece, Track
+from conrod.comparison.trajectory import Piece, Track
+from conrod.exact.motion import Instants
 from conrod.engines import engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability
 from conrod.engines.engine import run_extent

@@ -45,6 +45,10 @@ class UnknownName(InvalidInput, KeyError):
     __str__ = Exception.__str__  # KeyError quotes its message
 
 
+class ConrodWarning(UserWarning):
+    """Warning of conrod: something was left out, or did not come out as it was asked for."""
+
+
 class Named(dict[str, T]):
     """A dict whose error for an unknown name suggests the nearest name and lists all.
 
@@ -97,6 +101,12 @@ def _likeness(typed: str, name: str) -> float:
         difflib.SequenceMatcher(None, typed, whole).ratio(),
         BEGUN_NAME_FACTOR * difflib.SequenceMatcher(None, typed, begun).ratio(),
     )
+
+
+def list_names(names: Iterable[str], max_names: int = 6) -> str:
+    """Join names by commas, cut short after the first `max_names`."""
+    every = list(names)
+    return ", ".join(every[:max_names]) + (f" and {len(every) - max_names} more" if len(every) > max_names else "")
 
 
 def named_values(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from conrod import InvalidInput, check, forces, limits
-from conrod.models.check.keywords import NEW_KEYWORDS
+from conrod.models.check.dispatch import NEW_KEYWORDS
 
 MODEL = str(Path(__file__).parents[2] / "mjcf" / "saw-500rpm.xml")
 TABLE = {"time": [0.0, 0.01], "C.x": [0.0, 1.0]}

@@ -25,11 +25,11 @@ from synthetic import (
 from conrod import Comparison, Outcome, compare
 from conrod.comparison.compare import ExactMotions, track_errors
 from conrod.comparison.outcome import judge_outcome
-from conrod.comparison.trajectory import BodyTracks, Instants, PointTracks, Track
+from conrod.comparison.trajectory import BodyTracks, PointTracks, Track
 from conrod.engines import engine_named
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.execution.prediction import predicted_errors
 from conrod.scenes import CamFollower, Saw, Scene, ShearPress
 

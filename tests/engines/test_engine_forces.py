@@ -14,7 +14,7 @@ from conrod.engines import engine_named
 from conrod.engines.pymunk import forces as own
 from conrod.engines.pymunk.dynamics import build_at_angle
 from conrod.engines.tracks import ForceTracks
-from conrod.exact.dynamics.inverse import CrankStates, JointForces, joint_forces
+from conrod.exact.dynamics.inverse import JointForces, joint_forces
 from conrod.exact.kinematics import GenericReference
 from conrod.mechanism.loads import (
     Displacement,
@@ -62,7 +62,7 @@ def reported_forces(engine: str, model: Any, steps: int, turns: float = 1.0, **s
 
 def exact_forces(model: Any, tracks: ForceTracks) -> JointForces:
     at = tracks.instants
-    return joint_forces(model.kinematics, CrankStates(at.angle, at.rate, at.acceleration, at.times))
+    return joint_forces(model.kinematics, at)
 
 
 def errors(tracks: ForceTracks, judge: GenericReference) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from conrod.engines.engine import step_length
 from conrod.engines.numerics import frames_from_centres
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.exact.motion import Array
-from conrod.models.export.free_start import free_start
+from conrod.models.export.api import free_start
 from conrod.scenes import scene_named
 
 # Each with the steps of a turn of its crank.

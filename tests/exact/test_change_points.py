@@ -11,12 +11,12 @@ import pytest
 from described import CATALOGUE, tables, with_entry
 
 from conrod.comparison.outcome import judge_outcome
-from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Outcome
 from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.exact import branch_tracking as smooth_course
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.execution.result import Plan
 from conrod.scenes.described_scene import DescribedScene, scene_from_tables
 from conrod.studies.validation.dynamic_mode import validate_dynamic

@@ -21,10 +21,10 @@ from conrod.exact.dynamics import configuration_series, coordinate_jet
 from conrod.exact.dynamics.configuration_series import ConfigurationSeries
 from conrod.exact.dynamics.curve_piece import CurvePiece
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import TORQUE, CrankStates, joint_forces, sensitivities
+from conrod.exact.dynamics.inverse import TORQUE, joint_forces, sensitivities
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.mechanism.loads import (
     Displacement,
     Distance,
@@ -73,13 +73,13 @@ def random_loads(mechanism: Mechanism, seed: int) -> Mechanism:
     return replace(mechanism, loads=tuple(loads))
 
 
-def some_states(kinematics: Kinematics, speed: float) -> CrankStates:
+def some_states(kinematics: Kinematics, speed: float) -> Instants:
     angle = np.linspace(*kinematics.span, 7)[1:-1] + 0.01
     angle = angle[~kinematics.near_change(angle, 0.05)]
-    return CrankStates(angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2, angle * 0.1)
+    return Instants(angle * 0.1, angle, np.full(len(angle), speed), np.linspace(-1.0, 2.0, len(angle)) * speed**2)
 
 
-def torque_from_energy(kinematics: Kinematics, state: CrankStates) -> Array:
+def torque_from_energy(kinematics: Kinematics, state: Instants) -> Array:
     """The drive's torque (T,) [N m] in the sense of the crank angle, by the balance of power over the crank's rate.
 
     T theta' = d(kinetic energy)/dt - power of weight, constant forces and loads. At rest the limit is taken:
@@ -102,7 +102,7 @@ def torque_from_energy(kinematics: Kinematics, state: CrankStates) -> Array:
         torque += inertia * acceleration + half_slope * rate**2 - fx * x[1] - fy * y[1]
     for load in mechanism.loads:
         value, slope = coordinate_jet(load.along, along).coefficients[:2]
-        torque -= load.law.force(np.asarray(value), np.asarray(slope * rate), state.time) * slope
+        torque -= load.law.force(np.asarray(value), np.asarray(slope * rate), state.times) * slope
     return torque
 
 
@@ -265,9 +265,8 @@ def test_inverse_torque_reproduces_prescribed_motion() -> None:
     times = np.linspace(0.0, 0.5, 26)
     motion = run_free_motion(mechanism, times, 12.0)
     kinematics = Kinematics(mechanism)
-    state = CrankStates(
-        motion.poses[:, 2] - mechanism.driver.start, motion.rates[:, 2], motion.accelerations[:, 2], times
-    )
+    angle = motion.poses[:, 2] - mechanism.driver.start
+    state = Instants(times, angle, motion.rates[:, 2], motion.accelerations[:, 2])
     forces = joint_forces(kinematics, state)
     held = joint_forces(kinematics, replace(state, acceleration=0.0 * times))
     assert np.abs(forces.drive_torque).max() < 1e-9 * np.abs(held.drive_torque).max()

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.mjcf.loading import (
     check_finite,
     data_at_start,
@@ -19,7 +19,6 @@ from conrod.mjcf.loading import (
     find_point,
     joint_kind,
     keyframe_to_start_from,
-    list_names,
     load_model,
     name_or_number,
     names_of,

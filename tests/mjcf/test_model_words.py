@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from four_bars import GRASHOF, driven, four_bar, start_angles
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.motion import NO_FURTHER, DrivenTree
@@ -20,7 +20,7 @@ from conrod.mjcf.anchors import PartsApart
 from conrod.mjcf.causes import add_causes_to_errors, append_causes, describe_closures
 from conrod.mjcf.differences import compare_with_machine, list_differences
 from conrod.mjcf.force_watch import ForceWatch
-from conrod.mjcf.loading import list_names, start_words
+from conrod.mjcf.loading import start_words
 from conrod.mjcf.reading import tree_of
 from conrod.mjcf.start import open_start, pose_words, start_rate_violation
 from conrod.models.loops.load_differences import list_load_differences

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.mjcf.request import OpenStart
-from conrod.mjcf.start_pose_words import MAX_POSE_NUMBERS, open_start_words
+from conrod.mjcf.request import MAX_POSE_NUMBERS, OpenStart
 from conrod.models.lint.closures import MAX_BEARING_PLAY, _largest_violations
 
 POSE = "0.1 0.2"
@@ -26,14 +25,14 @@ POSE = "0.1 0.2"
 )
 def test_open_start_names_the_widest_and_counts_the_rest(others: tuple[str, ...], words: str) -> None:
     start = OpenStart("keyframe home", dict.fromkeys(others, 1e-3) | {"pin": 0.0302}, 1.0, POSE)
-    assert open_start_words(start) == (
+    assert start.words() == (
         f'It begins 30.2 mm open: pin, in keyframe home{words}; the nearest closed pose is qpos="{POSE}".'
     )
 
 
 def test_open_start_of_a_model_in_mm_is_said_in_mm() -> None:
     start = OpenStart("its own pose", {"pin": 2.5}, 1.0, POSE)
-    assert open_start_words(start, unit=1e-3).startswith("It begins 2.5 mm open: pin, in its own pose; ")
+    assert start.words(unit=1e-3).startswith("It begins 2.5 mm open: pin, in its own pose; ")
 
 
 @pytest.mark.parametrize(
@@ -46,7 +45,7 @@ def test_open_start_of_a_model_in_mm_is_said_in_mm() -> None:
 )
 def test_nearest_pose_is_given_unless_it_is_long_or_missing(closed: str, nearest: str) -> None:
     start = OpenStart("its own pose", {"pin": 0.01}, 1.0, closed)
-    assert open_start_words(start) == f"It begins 10 mm open: pin, in its own pose; {nearest}."
+    assert start.words() == f"It begins 10 mm open: pin, in its own pose; {nearest}."
 
 
 def violations(*series: list[float], size: float = 1.0) -> list[float]:

@@ -12,7 +12,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.execution.baseline import BandedNumber
 from conrod.models.check.baseline_lines import model_lines
-from conrod.models.check.keywords import NEW_KEYWORDS, refuse_old_keywords
+from conrod.models.check.dispatch import NEW_KEYWORDS, refuse_old_keywords
 from conrod.models.tables.baseline_lines import table_lines
 from conrod.models.tables.errors import ERRORS
 

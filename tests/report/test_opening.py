@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from conrod.report.opening import index_words
-from conrod.report.results import summary_words
+from conrod.report.results import index_words, summary_words
 from conrod.scenes import SCENES
 from conrod.studies.validation.results import SceneStudy, ValidationResult
 from conrod.studies.validation.tables import results_to_print

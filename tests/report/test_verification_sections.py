@@ -287,7 +287,7 @@ def test_sections_of_a_table_say_its_errors_columns_and_notes() -> None:
     assert found["code"] == VerificationSection((code(),), (NO_ORDER,))
     assert found["solution"] == VerificationSection((table_report.errors_table(study), solution()), (ONE_RUN,))
     assert found["settings"] == VerificationSection(
-        (table_report.columns_table(study),),
+        (table_report.columns_table(study.columns),),
         (
             "t.csv: 7 rows, 0 to 4.5 s, 3 revolutions of saw (text, separated by commas, decimal points)",
             "crank angle off the nominal one by 0.50 deg at most",

@@ -10,10 +10,10 @@ from catalogue import CAM, SAW
 
 from conrod import InvalidInput
 from conrod.engines import engine_named
+from conrod.errors import ConrodWarning
 from conrod.execution import resolve_arguments
 from conrod.execution.files import folder_to_write
 from conrod.execution.resolve_arguments import (
-    EngineLeftOut,
     arguments_of_files,
     check_sample_count,
     choose_engines,
@@ -132,9 +132,9 @@ def test_engine_is_left_out_with_a_warning_when_it_cannot_load(monkeypatch: pyte
 
     monkeypatch.setattr(resolve_arguments, "loadable_engines", load)
     monkeypatch.setattr(resolve_arguments, "installed_extras", lambda: ("mjx",))
-    with pytest.warns(EngineLeftOut, match=r"^left out: mujoco: no module$"):
+    with pytest.warns(ConrodWarning, match=r"^left out: mujoco: no module$"):
         assert choose_engines("all") == [PYMUNK]
-    with pytest.warns(EngineLeftOut):
+    with pytest.warns(ConrodWarning):
         assert choose_engines(None) == [PYMUNK]
     # Extras take part where all are asked for.
     assert asked == [("mjx",), ()]

@@ -17,8 +17,8 @@ from conrod.engines import engine_named
 from conrod.engines.mujoco.loads import callback_loads
 from conrod.engines.mujoco.standalone import standalone_mjcf
 from conrod.exact.dynamics.forward import ForwardDynamics, FreeMotion
-from conrod.exact.dynamics.inverse import CrankStates, joint_forces
-from conrod.exact.motion import Array
+from conrod.exact.dynamics.inverse import joint_forces
+from conrod.exact.motion import Array, Instants
 from conrod.scenes import (
     MAX_CHAIN_LENGTH,
     CamFollower,
@@ -78,7 +78,7 @@ def test_cam_push_is_zero_at_the_nose_at_float_speed() -> None:
     angle = np.append(np.linspace(0.0, 2.0 * math.pi, 361), begins + 1e-6)
 
     def push(speed: float) -> Array:
-        state = CrankStates(angle, np.full_like(angle, speed), np.zeros_like(angle), angle / speed)
+        state = Instants(angle / speed, angle, np.full_like(angle, speed), np.zeros_like(angle))
         return joint_forces(slow.kinematics, state).components["contact"]["contact"]
 
     assert push(slow.speed).min() > 1.0
@@ -130,7 +130,7 @@ def test_exported_scene_has_exact_acceleration_in_mujoco_alone(name: str) -> Non
 def exact_acceleration(scene: DescribedScene, angle: float) -> float:
     """Of the crank [rad/s^2] at its speed where nothing drives it: with it the drive's torque is 0."""
     at, accelerations = np.full(2, angle), np.array([0.0, 1.0])
-    state = CrankStates(at, np.full(2, scene.speed), accelerations, np.zeros(2))
+    state = Instants(np.zeros(2), at, np.full(2, scene.speed), accelerations)
     held, pushed = joint_forces(scene.kinematics, state).drive_torque
     return float(-held / (pushed - held))
 

@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from conrod.comparison.trajectory import Instants, Outcome
+from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.tracks import ForceTracks
-from conrod.exact.dynamics.inverse import CrankStates, joint_forces, sensitivities
+from conrod.exact.dynamics.inverse import joint_forces, sensitivities
 from conrod.exact.kinematics import GenericReference
+from conrod.exact.motion import Instants
 from conrod.execution.resolve_arguments import select_scene
 from conrod.mechanism.mechanism import Body
 from conrod.scenes import Scene
@@ -136,7 +137,7 @@ def test_forces_are_out_of_tolerance_beyond_the_scheme_error() -> None:
     made, result, tracks, _ = variant_forces("watt-straight-line", 8, "pymunk")
     assert (result.tolerance or {})["torque"] > 2e-3
     at = tracks.instants
-    right = joint_forces(made.kinematics, CrankStates(at.angle, at.rate, at.acceleration, at.times)).drive_torque
+    right = joint_forces(made.kinematics, at).drive_torque
     assert tracks.drive_torque is not None
     twice = replace(tracks, drive_torque=2.0 * tracks.drive_torque - right)
     wrong = with_forces("pymunk", lambda *_: twice)

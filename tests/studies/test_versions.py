@@ -23,8 +23,14 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
 from conrod.execution import releases
 from conrod.execution.paired_timing import PairedTiming
-from conrod.execution.release_costs import ReleaseTimer, advance_stepper, prepare_stepper
-from conrod.execution.releases import ReleaseResult, VersionCase, interpreter_path, release_interpreter
+from conrod.execution.release_costs import BLOCK_TIMEOUT, advance_stepper, prepare_stepper, time_in_releases
+from conrod.execution.releases import (
+    ReleaseProcesses,
+    ReleaseResult,
+    VersionCase,
+    interpreter_path,
+    release_interpreter,
+)
 from conrod.execution.run import RunResult
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings
@@ -122,8 +128,8 @@ def test_cost_of_a_release_is_judged_beyond_the_spread_alone() -> None:
     study = costs({"3.5.0": 0.8, "3.6.0": 1.0, "3.7.0": 1.03, here: 1.0, "4.9.0": 1.3})
     found = {one.version: one for one in study.costs if one.settings == "tuned"}
     assert study.reference == here
-    assert {version: (one.slower, one.faster) for version, one in found.items()} == {
-        "3.5.0": (False, True), "3.6.0": (False, False), "3.7.0": (False, False), "4.9.0": (True, False),
+    assert {version: one.word for version, one in found.items()} == {
+        "3.5.0": "faster", "3.6.0": "", "3.7.0": "within the spread", "4.9.0": "slower",
     }  # fmt: skip
     # 3 % is more than the interval of its own, and not more than the installed release shows against itself.
     assert found["3.7.0"].timing.low > 1.0
@@ -131,7 +137,7 @@ def test_cost_of_a_release_is_judged_beyond_the_spread_alone() -> None:
     page = "".join(str(part) for part in results_to_print([study]))
     assert all(words in page for words in ("slower", "within the spread", "not timed: mujoco 3.6.0"))
     # Negative control: in a wide spread the same ratios say nothing.
-    assert not any(one.slower or one.faster for one in costs({"3.5.0": 0.8, here: 1.0, "4.9.0": 1.3}, 0.4).costs)
+    assert {one.word for one in costs({"3.5.0": 0.8, here: 1.0, "4.9.0": 1.3}, 0.4).costs} == {"within the spread"}
 
 
 def test_costs_are_relative_to_first_if_not_installed() -> None:
@@ -153,13 +159,13 @@ def test_only_runs_that_complete_in_both_releases_are_timed() -> None:
 def test_release_timer_steps_each_release_in_its_own_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
     monkeypatch.setattr("conrod.execution.paired_timing.STEPPER_PAIRS", 1)
-    monkeypatch.setattr("conrod.execution.release_costs.release_interpreter", lambda *_: sys.executable)
+    monkeypatch.setattr("conrod.execution.releases.release_interpreter", lambda *_: sys.executable)
     case = replace(release_cases({"saw": SAW}, MUJOCO)["saw", "tuned"], version=MUJOCO.version)
-    with ReleaseTimer(MUJOCO.releases.requirement) as timer:
-        found = timer.time(case, case)
+    with ReleaseProcesses("mujoco", MUJOCO.releases.requirement, BLOCK_TIMEOUT) as processes:
+        found = time_in_releases(processes, case, case)
         assert (found.rounds, found.low <= found.ratio <= found.high) == (24, True)
         with pytest.raises(InvalidInput, match=f"mujoco {MUJOCO.version}: AttributeError"):
-            timer.time(replace(case, scene=None), case)
+            time_in_releases(processes, replace(case, scene=None), case)
 
 
 def test_timed_blocks_are_steps_or_whole_passes() -> None:

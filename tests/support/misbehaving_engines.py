@@ -18,10 +18,10 @@ import mujoco
 import numpy as np
 from planted_engine import ORDERS, PlantedEngine, PlantedSettings, preset
 
-from conrod.comparison.trajectory import BodyStates, Instants, Piece, PointTracks, Track
+from conrod.comparison.trajectory import BodyStates, Piece, PointTracks, Track
 from conrod.engines.engine import Preset
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 
 # -- pieces ------------------------------------------------------------------------------------------------------------
 

@@ -13,12 +13,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Piece
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE_STEPS, STOCK, Engine, Machine, Preset, step_length
 from conrod.engines.numerics import largest_derivatives
 from conrod.engines.run import RecordedPiece, observed_tracks, record_pieces
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 
 NAME = "planted"
 LEAD = 0.5  # [rad], at one step per radian

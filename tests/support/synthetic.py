@@ -10,9 +10,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from conrod import Outcome, Trajectory
-from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, PointTracks, Track
+from conrod.comparison.trajectory import BodyStates, BodyTracks, PointTracks, Track
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import QUANTITIES, Array, Motion, motion_in_time
+from conrod.exact.motion import QUANTITIES, Array, Instants, Motion, motion_in_time
 from conrod.execution.run import RunResult
 from conrod.mechanism.mechanism import Joint, Revolute
 from conrod.scenes import Saw, Scene, ShearPress

@@ -14,18 +14,11 @@ from typing import Any
 import numpy as np
 
 from conrod.comparison.outcome import joint_gaps
-from conrod.comparison.trajectory import (
-    BodyTracks,
-    Instants,
-    Outcome,
-    PointTracks,
-    Track,
-    Trajectory,
-)
+from conrod.comparison.trajectory import BodyTracks, Outcome, PointTracks, Track, Trajectory
 from conrod.errors import InvalidInput, Named, unknown_choice
 from conrod.exact.kinematics import ExactReference, Kinematics
 from conrod.exact.link_rotations import ROTATIONS, link_rotations, rotating_links, rotation_scales
-from conrod.exact.motion import QUANTITIES, Array, Motion
+from conrod.exact.motion import QUANTITIES, Array, Instants, Motion
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
+from conrod.errors import list_names
+
 # Kinds of forces, and of other deviations from the exact motion; see `OtherForce`.
 LIMIT, CONTACT, FRICTION, SPRING, DAMPER = "limit", "contact", "dry friction", "spring", "damper"
 ACTUATOR, FLUID, COMPENSATION, ADHESION, HANDLE = "actuator", "fluid", "gravity compensation", "adhesion", "handle"
@@ -100,6 +102,5 @@ def _enumerate_forces(found: list[OtherForce]) -> str:
     parts = list[str]()
     for kind in dict.fromkeys(one.kind for one in found):
         same = sorted((one for one in found if one.kind == kind), key=lambda one: -one.largest)
-        more = f" and {len(same) - MAX_NAMED_FORCES} more" if len(same) > MAX_NAMED_FORCES else ""
-        parts.append(", ".join(one.words for one in same[:MAX_NAMED_FORCES]) + more)
+        parts.append(list_names((one.words for one in same), MAX_NAMED_FORCES))
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])}, and {parts[-1]}"

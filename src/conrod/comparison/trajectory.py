@@ -10,7 +10,7 @@ from typing import Any, Protocol, Self, TypeVar
 import numpy as np
 
 from conrod.errors import Named
-from conrod.exact.motion import QUANTITIES, Array
+from conrod.exact.motion import QUANTITIES, Array, Instants
 
 COMPARED_QUANTITIES = (*QUANTITIES, "total")  # of a point; the last is its position at the nominal time
 
@@ -46,19 +46,6 @@ class Outcome(Enum):
     def from_slug(cls, slug: str) -> Outcome:
         """The outcome with a slug; raises KeyError for an unknown slug."""
         return {member.slug: member for member in cls}[slug]
-
-
-@dataclass(frozen=True)
-class Instants:
-    """Sample times and the crank's motion at these times, as the engine reports them; each (T,)."""
-
-    times: Array  # [s]
-    angle: Array  # [rad], the crank angle in the document's sense
-    rate: Array  # [rad/s]
-    acceleration: Array  # [rad/s^2]
-
-    def __getitem__(self, keep: slice | Array) -> Instants:
-        return Instants(self.times[keep], self.angle[keep], self.rate[keep], self.acceleration[keep])
 
 
 @dataclass(frozen=True)

@@ -255,6 +255,22 @@ class Preset(Generic[AnySettings]):
         return self.rule(machine, steps_per_revolution)
 
 
+def pass_sentence(machine: Machine, duration: str = "") -> str:
+    """Sentence on where an input stops that cannot turn fully, for an exported model; empty if it can.
+
+    Args:
+        duration: how long the pass takes; in seconds where nothing is given.
+    """
+    span = machine.kinematics.mechanism.driver.span
+    if span is None:
+        return ""
+    first, last = (math.degrees(angle) for angle in (span if machine.speed > 0.0 else reversed(span)))
+    return (
+        f" The input cannot turn fully: it begins at crank angle {first:.9g} deg and reaches {last:.9g} deg after "
+        f"{duration or f'{(span[1] - span[0]) / abs(machine.speed):.9g} s'}. STOP THERE: beyond, nothing is promised."
+    )
+
+
 # -- engines -----------------------------------------------------------------------------------------------------------
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from conrod.comparison.trajectory import (
     BodyStates,
     BodyTracks,
-    Instants,
     Outcome,
     Piece,
     PointTracks,
@@ -28,7 +27,7 @@ from conrod.engines.plugin_values import (
     one_line,
     refuse_unless,
 )
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 
 Copied = TypeVar("Copied")
 

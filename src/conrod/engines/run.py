@@ -16,7 +16,6 @@ from conrod.comparison.trajectory import (
     ArrayMapper,
     BodyStates,
     BodyTracks,
-    Instants,
     Outcome,
     Piece,
     PointTracks,
@@ -29,7 +28,7 @@ from conrod.engines import Engine, engine_named
 from conrod.engines.engine import STEP_TOLERANCE, Machine, step_length
 from conrod.errors import InvalidInput
 from conrod.exact.kinematics import ExactReference, Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import check_number
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from conrod.comparison.outcome import MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict, joint_gaps
-from conrod.comparison.trajectory import Instants, Outcome
+from conrod.comparison.trajectory import Outcome
 from conrod.engines.numerics import CRANK_SAMPLES
 from conrod.exact.dynamics import coordinate_gradient, coordinate_jet
 from conrod.exact.joint_equations import pose_jets
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, rotate_planar
+from conrod.exact.motion import Array, Instants, rotate_planar
 from conrod.mechanism.loads import CONSERVATIVE
 from conrod.mechanism.mechanism import Mechanism
 

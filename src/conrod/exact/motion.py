@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,19 @@ BREAK_WIDTH = 1e-9  # [rad]
 WIDTH_DIRECTIONS, DIRECTIONS_TOGETHER = 1440, 16  # directions in which widths are measured, and how many at once
 NEAR_WIDEST = 0.02  # share of the largest width by which one may be less for those beside it to be measured
 FREED_NUMBERS = 1 << 20  # 8 MB; see `cache_blocks`
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Sample times and the crank's motion at these times, each (T,)."""
+
+    times: Array  # [s]
+    angle: Array  # [rad], the crank angle in the document's sense
+    rate: Array  # [rad/s]
+    acceleration: Array  # [rad/s^2]
+
+    def __getitem__(self, keep: slice | NDArray[Any]) -> Instants:
+        return Instants(self.times[keep], self.angle[keep], self.rate[keep], self.acceleration[keep])
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,12 @@ class PairedTiming:
     other_seconds: float
     rounds: int
 
+    def against_noise(self, noise: PairedTiming) -> str:
+        """Return `slower` or `faster` where the interval is beyond 1 and beyond that of the same against itself."""
+        if self.low > max(1.0, noise.high):
+            return "slower"
+        return "faster" if self.high < min(1.0, noise.low) else "within the spread"
+
     @property
     def inverse(self) -> PairedTiming:
         """Timing with the two settings exchanged: ratio and interval are inverted."""

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from conrod.comparison.compare import ComparedPiece
 from conrod.comparison.outcome import CHANGE_POINT_DISTANCE
-from conrod.comparison.trajectory import ArrayMapper, BodyStates, BodyTracks, Instants, PointTracks
+from conrod.comparison.trajectory import ArrayMapper, BodyStates, BodyTracks, PointTracks
 from conrod.exact.kinematics import ExactReference, Kinematics
-from conrod.exact.motion import QUANTITIES, Array
+from conrod.exact.motion import QUANTITIES, Array, Instants
 from conrod.execution.case import POINTS_PREFIX
 
 # Some 450 last digits, as the golden results are held to: closed forms, solver and elimination round differently.

@@ -13,11 +13,12 @@ import stat
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version as version_of
 from pathlib import Path
-from typing import Any, ClassVar
+from types import TracebackType
+from typing import Any, ClassVar, Self
 
 import platformdirs
 
@@ -146,6 +147,47 @@ def _run_command(command: Sequence[str]) -> None:
         # pip prints the error first, and hints after it.
         errors = [line.removeprefix("ERROR: ") for line in said if line.startswith("ERROR: ")]
         raise InvalidInput(next(iter(errors), " ".join(said)) or f"{command[0]} ended with {done.returncode}")
+
+
+class ReleaseProcesses:
+    """Processes of an engine's releases, each started at its first call; they end with the context."""
+
+    def __init__(self, engine: str, requirement: Callable[[str], str], timeout: float) -> None:
+        """Start no process yet.
+
+        Args:
+            engine: name of the engine.
+            requirement: requirement for pip of a version, such as mujoco==3.6.0.
+            timeout: longest wall time of a call [s].
+        """
+        self._engine, self._requirement, self._limits = engine, requirement, CallLimits(timeout=timeout)
+        self._processes: dict[tuple[str, int], WorkerProcess] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for process in self._processes.values():
+            process.end()
+
+    def call(self, version: str, process: int, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Call a function in a process of a release, told by its number; return the result.
+
+        Raises:
+            InvalidInput: the release cannot be installed, or the function refuses its input.
+            WorkerDied, TimeoutError: the process ended, or the call took too long; the next call starts another one.
+        """
+        key = version, process
+        if key not in self._processes:
+            python = release_interpreter(self._engine, self._requirement(version), version)
+            self._processes[key] = WorkerProcess(self._limits, interpreter=python)
+        try:
+            return self._processes[key].call(function, *arguments)
+        except (WorkerDied, TimeoutError):
+            self._processes.pop(key).end()
+            raise
 
 
 # -- runs --------------------------------------------------------------------------------------------------------------

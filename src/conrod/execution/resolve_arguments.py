@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from conrod.engines import Engine, engine_named, engine_names, installed_extras, loadable_engines, presets_of
-from conrod.errors import InvalidInput, named_values, unknown_choice
+from conrod.errors import ConrodWarning, InvalidInput, named_values, unknown_choice
 from conrod.execution.families import MAX_MEMBERS, Value, member_arguments, members_of, split_values
 from conrod.execution.result import Plan
 from conrod.execution.tolerances import ALL_TOLERANCE_NAMES, check_tolerance
@@ -38,10 +38,6 @@ MAX_STREAMED_SAMPLES = 20_000_000
 OneScene: TypeAlias = str | Path | Scene | tuple[str, Scene]  # of a pair the first is what it is called
 Scenes: TypeAlias = OneScene | Sequence[OneScene] | Mapping[str, Scene]
 Engines: TypeAlias = str | Sequence[str | Engine[Any]] | None
-
-
-class EngineLeftOut(UserWarning):
-    """Warning that an engine which the user did not name cannot be loaded, and is left out."""
 
 
 def scenes_by_name(scenes: Scenes) -> dict[str, Scene]:
@@ -99,7 +95,7 @@ def engine_names_given(engines: Engines) -> tuple[str, ...]:
 
 
 def _warn_left_out(reason: str) -> None:
-    warnings.warn(f"left out: {reason}", EngineLeftOut, stacklevel=4)
+    warnings.warn(f"left out: {reason}", ConrodWarning, stacklevel=4)
 
 
 def select_scenes(names: Sequence[str], assignments: Sequence[str]) -> dict[str, Scene]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -142,6 +142,18 @@ def scale_tolerance(
         else:
             limits[name] = limit
     return limits, weights
+
+
+def exceeded_limits(
+    limits: Mapping[str, float], error: Callable[[str], float | None]
+) -> dict[str, tuple[float, float]]:
+    """Return found and allowed error by quantity out of tolerance; a quantity without an error exceeds nothing.
+
+    Args:
+        error: gives the error of a quantity by its name.
+    """
+    errors = {name: found for name in limits if (found := error(name)) is not None}
+    return {name: (found, limits[name]) for name, found in errors.items() if not found <= limits[name]}
 
 
 def judged_scale(errors: Mapping[str, float], scales: Mapping[str, float], *, weighed: bool) -> float | None:

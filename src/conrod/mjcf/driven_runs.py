@@ -14,7 +14,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines.mujoco import HARDENING_FACTOR, MuJoCoSettings, compat
 from conrod.engines.mujoco.compiled_edits import harden, set_step
 from conrod.engines.mujoco.dynamics import silence_warnings
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.exact.motion import Array
 from conrod.exact.space import RATES, SpatialTree, unit_displacements
 from conrod.exact.space.forward_kinematics import forward_kinematics
@@ -29,7 +29,7 @@ from conrod.mjcf.driving import (
     widest_opening_words,
 )
 from conrod.mjcf.force_watch import ForceWatch, geom_name
-from conrod.mjcf.loading import FoundPoint, list_names, name_or_number
+from conrod.mjcf.loading import FoundPoint, name_or_number
 from conrod.mjcf.loop_results import LOOP_UNITS, OWN, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import mujoco
 
-from conrod.mjcf.loading import list_names
+from conrod.errors import list_names
 
 
 @dataclass(frozen=True)

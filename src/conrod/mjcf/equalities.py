@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.model import equality_jacobian
+from conrod.errors import list_names
 from conrod.exact.motion import Array
-from conrod.mjcf.loading import list_names, name_or_number
+from conrod.mjcf.loading import name_or_number
 
 EQUALITY_KINDS = {
     mujoco.mjtEq.mjEQ_CONNECT: "connect",

@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.dynamics import silence_warnings
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, list_names, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
 from conrod.mjcf.request import Controls, PointPlace
@@ -166,12 +166,6 @@ def name_or_number(model: mujoco.MjModel, kind: str, index: int) -> str:
     """An element's name, or its number where it has none."""
     kind_id = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
     return mujoco.mj_id2name(model, kind_id, index) or f"{kind} {index}"
-
-
-def list_names(names: Iterable[str], max_names: int = 6) -> str:
-    """Join names by commas, cut short after the first `max_names`."""
-    every = list(names)
-    return ", ".join(every[:max_names]) + (f" and {len(every) - max_names} more" if len(every) > max_names else "")
 
 
 # -- crank and points ------------------------------------------------------------------------------------------------

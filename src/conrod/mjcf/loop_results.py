@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from conrod.comparison.other_forces import OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.exact.space.mobility import Mobility
+from conrod.execution.tolerances import exceeded_limits
 from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
 from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison
 from conrod.mjcf.request import Controls, OpenStart
@@ -97,8 +98,7 @@ class LoopRun:
 
     def exceeded_limits(self, tolerance: Mapping[str, float]) -> dict[str, tuple[float, float]]:
         """Quantities out of tolerance, with found and allowed value."""
-        pairs = {name: (self.judged_error(name), allowed) for name, allowed in loop_limits(tolerance).items()}
-        return {name: (found, allowed) for name, (found, allowed) in pairs.items() if not found <= allowed}
+        return exceeded_limits(loop_limits(tolerance), self.judged_error)
 
     def is_within(self, tolerance: Mapping[str, float]) -> bool:
         """True if the run completed with all errors and the loops' opening within tolerance."""

@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco.dynamics import silence_warnings
-from conrod.errors import InvalidInput
-from conrod.mjcf.loading import check_model_path, list_names, load_model
+from conrod.errors import InvalidInput, list_names
+from conrod.mjcf.loading import check_model_path, load_model
 from conrod.mjcf.unit_of_length import convert_to_metres
 from conrod.mjcf.unknown_names import XML_ERRORS
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.errors import InvalidInput, OutsideLoopsError, unknown_choice
+from conrod.errors import InvalidInput, OutsideLoopsError, list_names, unknown_choice
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialBody, SpatialClosure, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.exact.space.drive_laws import FORMS, DriveLaw, parse_drive_law
@@ -18,16 +18,7 @@ from conrod.exact.space.forward_kinematics import rotation_matrices
 from conrod.exact.space.mobility import Mobility
 from conrod.mjcf.driving import site_points
 from conrod.mjcf.equalities import closure_name, disabling_flag, equality_kind
-from conrod.mjcf.loading import (
-    OWN_POSE,
-    FoundPoint,
-    data_at_start,
-    joint_kind,
-    list_names,
-    load_model,
-    name_or_number,
-    names_of,
-)
+from conrod.mjcf.loading import OWN_POSE, FoundPoint, data_at_start, joint_kind, load_model, name_or_number, names_of
 from conrod.mjcf.loop_results import LoopRequest
 from conrod.scenes.space import MACHINES
 

@@ -14,11 +14,13 @@ from typing import TypeAlias
 
 from conrod.errors import InvalidInput, as_mapping, unknown_choice
 from conrod.exact.motion import Array
+from conrod.report.numbers import quantity
 
 ELEMENT_KINDS = ("site", "body", "geom")
 # A start that is open by a thousandth of the machine is not the machine's: what soft closures leave of a pose that was
 # simulated is less. By a hundredth of that it is said: numbers of six digits leave a tenth of it.
 MAX_START_OPENING, MIN_NAMED_OPENING = 1e-3, 1e-5
+MAX_POSE_NUMBERS = 20  # coordinates of a pose in a sentence
 
 
 @dataclass(frozen=True)
@@ -176,6 +178,23 @@ class OpenStart:
     def exceeds(self, allowed: float | None) -> bool:
         """True if a closure is open by more than allowed, in the model's unit; None allows `MAX_START_OPENING`."""
         return self.gaps[self.worst] > (MAX_START_OPENING * self.extent if allowed is None else allowed)
+
+    def words(self, unit: float = 1.0) -> str:
+        """Say how far the loops are open at the start, and where they would be closed.
+
+        Args:
+            unit: unit of the model's lengths [m].
+        """
+        worst, more = self.worst, len(self.gaps) - 1
+        others = f" ({more} more closure{'s' if more > 1 else ''} open)" if more else ""
+        gap = f"{quantity(1e3 * unit * self.gaps[worst], 3)} mm"
+        if not self.closed:
+            nearest = "no pose near it closes them: look at lengths and places of the closures"
+        elif len(self.closed.split()) > MAX_POSE_NUMBERS:
+            nearest = "`conrod lint` prints the nearest closed pose"
+        else:
+            nearest = f'the nearest closed pose is qpos="{self.closed}"'
+        return f"It begins {gap} open: {worst}, in {self.pose}{others}; {nearest}."
 
 
 @dataclass(frozen=True)

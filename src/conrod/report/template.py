@@ -18,7 +18,7 @@ from urllib.parse import quote
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, pass_context
 from jinja2.runtime import Context
 
-from conrod.report import numbers, opening, results
+from conrod.report import numbers, results
 from conrod.report.charts.styles import engine_title
 from conrod.report.figure import Figure
 from conrod.report.table import Cell, ColouredCell, Table, Verbatim, safe_markdown, verbatim
@@ -114,7 +114,7 @@ GLOBALS = {
     "engine_title": engine_title,
     "engine_and_preset": results.engine_and_preset,
     "parameters_table": results.parameters_table,
-    "index_words": opening.index_words,
+    "index_words": results.index_words,
     "summary_words": results.summary_words,
     "versions_words": results.versions_words,
 }

@@ -240,7 +240,11 @@ def _kind_sections(study: Any) -> tuple[tuple[Table, ...], VerificationSection, 
             return (loops.runs_table(study),), VerificationSection((), moves), exact
         case TableStudy():
             lines = (trajectory.summary_line(study), *trajectory.findings(study))
-            return (trajectory.errors_table(study),), VerificationSection((trajectory.columns_table(study),), lines), ()
+            return (
+                (trajectory.errors_table(study),),
+                VerificationSection((trajectory.columns_table(study.columns),), lines),
+                (),
+            )
         case _:
             used = VerificationSection(tuple(tables.settings_tables(study)), tuple(tables.added_words(study)))
             return (), used, ()

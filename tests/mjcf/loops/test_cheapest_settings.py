@@ -24,7 +24,7 @@ from conrod.mjcf.loop_results import OWN, LoopRequest, LoopRun, LoopStudy, Setti
 from conrod.models.loops import study
 from conrod.models.loops.search import _excess, search_settings
 from conrod.models.loops.settings import after_compiling, mjcf_lines, python_lines, settings_edits
-from conrod.models.loops.settings_words import lines_to_paste, settings_words
+from conrod.models.loops.words import lines_to_paste, settings_words
 
 RUNS = ShippedRun("its own pose", 1.0, Outcome.COMPLETED, "", 1e-9)
 FAILS, OPENS = replace(RUNS, outcome=Outcome.DIVERGED), replace(RUNS, gap=1e-3)

@@ -11,8 +11,8 @@ from four_bars import driven, four_bar
 from scipy.spatial.transform import Rotation
 
 from conrod.engines.mujoco.standalone import standalone_mjcf
-from conrod.exact.dynamics.inverse import CrankStates, joint_forces
-from conrod.exact.motion import Array
+from conrod.exact.dynamics.inverse import joint_forces
+from conrod.exact.motion import Array, Instants
 from conrod.exact.space.mobility import forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.loop_results import LoopRequest
@@ -201,9 +201,9 @@ def test_a_placed_scene_moves_as_in_its_plane(name: str) -> None:
 def test_torque_and_reactions_are_those_in_the_plane(name: str) -> None:
     (times, angles), placed, scene = course(name, 40), machine(name, model_of(name)), scene_named(name)
 
-    def planar(times: Array) -> CrankStates:
+    def planar(times: Array) -> Instants:
         speed = np.full_like(times, scene.speed)
-        return CrankStates(angles * times[-1] / course(name, 2)[0][-1], speed, np.zeros_like(times), times)
+        return Instants(times, angles * times[-1] / course(name, 2)[0][-1], speed, np.zeros_like(times))
 
     found, truth = forces(placed, placed.motion(times)), joint_forces(scene.kinematics, planar(times))
     torque, size = found.drives["crank"], np.abs(truth.drive_torque).max()

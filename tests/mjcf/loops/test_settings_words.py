@@ -12,8 +12,7 @@ from conrod.exact.space.mobility import Mobility
 from conrod.execution.baseline_check import baseline_line
 from conrod.mjcf.loop_results import LOOPS, OWN, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
 from conrod.models.loops.baseline_lines import loop_lines
-from conrod.models.loops.error_words import shipped_words, with_share
-from conrod.models.loops.settings_words import settings_words
+from conrod.models.loops.words import settings_words, shipped_words, with_share
 
 ERRORS = {"position": 1e-3, "velocity": 0.1, "acceleration": 2.0}
 RUN = LoopRun(OWN, 1e-3, Outcome.COMPLETED, errors=ERRORS, worst="A", gap=5e-4, order=2.0)

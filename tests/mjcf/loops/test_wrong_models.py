@@ -23,7 +23,6 @@ from conrod.mjcf.equalities import constraint_violations, inactive_closures, ina
 from conrod.mjcf.loop_results import LoopRequest, LoopRun, LoopStudy
 from conrod.mjcf.reading import machine_tree, tree_of
 from conrod.mjcf.start import open_start
-from conrod.mjcf.start_pose_words import open_start_words
 from conrod.models.loops import study as study_module
 from conrod.models.loops.report import finding
 from conrod.models.loops.study import study_loops
@@ -331,7 +330,7 @@ def test_a_start_that_no_pose_closes_is_said_so() -> None:
     found = open_start(model, data, 0.3, "its own pose")
     assert found is not None
     assert found.closed == ""
-    assert "no pose near it closes them" in open_start_words(found)
+    assert "no pose near it closes them" in found.words()
 
 
 # -- a start outside the joints' ranges --------------------------------------------------------------------------------

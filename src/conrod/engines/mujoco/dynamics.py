@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from conrod.comparison.outcome import RunVerdict
-from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome, Piece, PointTracks, Track
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Outcome, Piece, PointTracks, Track
 from conrod.engines.engine import PIECE_STEPS, DeferredLibrary, Machine
 from conrod.engines.mujoco import MuJoCoSettings, compat
 from conrod.engines.mujoco.model import MuJoCoModel, apply_load_laws, build
 from conrod.engines.run import RecordedPiece, record_pieces
-from conrod.exact.motion import Array, cache_blocks
+from conrod.exact.motion import Array, Instants, cache_blocks
 
 if TYPE_CHECKING:
     import mujoco

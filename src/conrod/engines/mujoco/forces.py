@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from conrod.comparison.outcome import judge_outcome
-from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Outcome
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Outcome
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import DeferredLibrary, Machine
 from conrod.engines.mujoco import MuJoCoSettings
@@ -32,7 +32,7 @@ from conrod.engines.numerics import NO_BOUND_AT_CHANGE_POINT
 from conrod.engines.spanning_tree import Branch
 from conrod.engines.tracks import EDITED_MODEL_REASON, ForceTracks, applied_forces, unreported_forces
 from conrod.exact.dynamics.inverse import component_names, joint_forces_of_motion
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.mechanism.loads import Distance
 from conrod.mechanism.mechanism import GROUND, CamContact, Joint, Point, Prismatic, Revolute, to_world
 

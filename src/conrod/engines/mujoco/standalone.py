@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import re
 import textwrap
 from xml.etree import ElementTree as ET
 
 import numpy as np
 
-from conrod.engines.engine import CUSTOM, DescribedMachine, Machine, default_steps, run_extent
+from conrod.engines.engine import CUSTOM, DescribedMachine, Machine, default_steps, pass_sentence, run_extent
 from conrod.engines.mujoco import MuJoCoSettings
 from conrod.engines.mujoco.loads import callback_loads, does_no_work
 from conrod.engines.mujoco.mjcf import Presentation, mjcf_text
@@ -91,7 +90,7 @@ def _header(name: str, machine: DescribedMachine, settings: MuJoCoSettings, tree
         "reaction to gravity is in it, where there is gravity). Sensor values after mj_step belong to the instant "
         "before the step.",
         "LOAD THE KEYFRAME 'start' FIRST: it sets the machine in motion (mj_resetDataKeyframe(model, data, 0)). "
-        f"Without it the machine stands still.{_pass_sentence(machine)}",
+        f"Without it the machine stands still.{pass_sentence(machine)}",
         *_load_paragraphs(tree),
         *_free_motion_paragraphs(machine),
         *_settings_paragraphs(settings),
@@ -145,18 +144,6 @@ def _free_motion_paragraphs(machine: DescribedMachine) -> list[str]:
         f"change the speed. The keyframe's qvel are those of the driver's speed, {machine.speed:.9g} rad/s; all of "
         f"them times one number make another start. The scene's own (counter-clockwise): {rates}."
     ]
-
-
-def _pass_sentence(machine: Machine) -> str:
-    """Sentence on where an input stops that cannot turn fully; empty if it can."""
-    span = machine.kinematics.mechanism.driver.span
-    if span is None:
-        return ""
-    first, last = (math.degrees(angle) for angle in (span if machine.speed > 0.0 else reversed(span)))
-    return (
-        f" The input cannot turn fully: it begins at crank angle {first:.9g} deg and reaches {last:.9g} deg after "
-        f"{(span[1] - span[0]) / abs(machine.speed):.9g} s. STOP THERE: beyond, nothing is promised."
-    )
 
 
 # -- settings to paste -------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.comparison.trajectory import BodyStates, BodyTracks, Instants, Piece, PointTracks, Track
+from conrod.comparison.trajectory import BodyStates, BodyTracks, Piece, PointTracks, Track
 from conrod.engines.engine import PIECE_STEPS, Machine
 from conrod.engines.numerics import frames_from_centres, shift_to_frames
 from conrod.engines.pymunk import PYMUNK_VERSION, PymunkSettings
@@ -27,7 +27,7 @@ from conrod.engines.pymunk.stepping import advance, read_states
 from conrod.engines.run import RecordedPiece, record_pieces
 from conrod.engines.tracks import FreeRun, Pace
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array, cache_blocks, rotate_planar
+from conrod.exact.motion import Array, Instants, cache_blocks, rotate_planar
 from conrod.mechanism.mechanism import Mechanism
 
 

@@ -22,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from conrod.comparison.outcome import judge_outcome
-from conrod.comparison.trajectory import Instants, Outcome
+from conrod.comparison.trajectory import Outcome
 from conrod.engines.capabilities import ExpectedForces
 from conrod.engines.engine import Machine
 from conrod.engines.numerics import centres_from_frames, frames_from_centres
@@ -35,7 +35,7 @@ from conrod.engines.pymunk.stepping import advance
 from conrod.engines.tracks import ForceTracks, unreported_forces
 from conrod.exact.dynamics import load_forces
 from conrod.exact.dynamics.inverse import component_names
-from conrod.exact.motion import Array, rotate_planar
+from conrod.exact.motion import Array, Instants, rotate_planar
 from conrod.mechanism.mechanism import Mechanism
 
 FIRST_SAMPLE = 3  # index of the first sample whose acceleration is reported

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 
-from conrod.engines.engine import CUSTOM, DescribedMachine
+from conrod.engines.engine import CUSTOM, DescribedMachine, pass_sentence
 from conrod.engines.pymunk import PymunkSettings
 from conrod.mechanism.mechanism import Mechanism
 from conrod.mechanism.units import unit_in_prose
@@ -23,7 +22,7 @@ def driven_header(name: str, machine: DescribedMachine, settings: PymunkSettings
         f"Body {mechanism.crank!r} is the crank, driven at SPEED: a kinematic body, whose speed no force changes, and "
         f"whose angle `step` writes. The crank angle counts {sense}; it is 0 at time 0. build(speed=...) takes another "
         "speed, at as many steps a revolution; build(drive=False) leaves the crank to its mass, pinned to its shaft."
-        f"{_pass_sentence(machine)}"
+        f"{pass_sentence(machine, 'RUN_STEPS steps')}"
     )
     paragraphs = [drive, _instants(mechanism), *_forces(mechanism), *_settings(settings)]
     return _document(name, machine, "model = build()", paragraphs)
@@ -112,15 +111,3 @@ def _settings(settings: PymunkSettings, free: bool = False) -> list[str]:
     return [
         f"Settings: conrod's preset '{settings.preset}' {at}. Written by the export command of conrod, format pymunk."
     ]
-
-
-def _pass_sentence(machine: DescribedMachine) -> str:
-    """Sentence on where an input stops that cannot turn fully; empty if it can."""
-    span = machine.kinematics.mechanism.driver.span
-    if span is None:
-        return ""
-    first, last = (math.degrees(angle) for angle in (span if machine.speed > 0.0 else reversed(span)))
-    return (
-        f" The input cannot turn fully: it begins at crank angle {first:.9g} deg and reaches {last:.9g} deg after "
-        "RUN_STEPS steps. STOP THERE: beyond, nothing is promised."
-    )

@@ -20,7 +20,7 @@ import numpy as np
 from conrod.exact.dynamics import load_forces
 from conrod.exact.equations import inertia_forces
 from conrod.exact.kinematics import Kinematics
-from conrod.exact.motion import Array, rotate_planar
+from conrod.exact.motion import Array, Instants, rotate_planar
 from conrod.mechanism.mechanism import (
     GROUND,
     Body,
@@ -44,16 +44,6 @@ MIN_RELATIVE_CHANGE = 1e-10
 
 
 @dataclass(frozen=True)
-class CrankStates:
-    """Motion of the crank at T samples: its angle, rate and angular acceleration, and the time."""
-
-    angle: Array
-    rate: Array
-    acceleration: Array
-    time: Array
-
-
-@dataclass(frozen=True)
 class JointForces:
     """Reaction forces of the joints and torque of the drive.
 
@@ -68,9 +58,9 @@ class JointForces:
     drive_torque: Array  # (T,) on the crank, in the sense of the crank angle [N m]
 
 
-def joint_forces(kinematics: Kinematics, state: CrankStates) -> JointForces:
+def joint_forces(kinematics: Kinematics, state: Instants) -> JointForces:
     """Joint forces and drive torque for a motion of the crank."""
-    return joint_forces_of_motion(kinematics, *motion_of_bodies(kinematics, state), state.time)
+    return joint_forces_of_motion(kinematics, *motion_of_bodies(kinematics, state), state.times)
 
 
 def joint_forces_of_motion(
@@ -97,7 +87,7 @@ def steady_joint_forces(kinematics: Kinematics, angle: Array, speed: float) -> J
     return _joint_forces_from(mechanism, kinematics.factors(poses).solve_transposed(list(right.T)))
 
 
-def motion_of_bodies(kinematics: Kinematics, state: CrankStates) -> tuple[Array, Array, Array]:
+def motion_of_bodies(kinematics: Kinematics, state: Instants) -> tuple[Array, Array, Array]:
     """Poses, rates and accelerations of all bodies, each (T, 3 n), for a motion of the crank."""
     poses, first, second = kinematics.derivatives(state.angle, 2)
     rate, acceleration = state.rate[:, None], state.acceleration[:, None]
@@ -166,7 +156,7 @@ class Sensitivity:
     derivatives: dict[str, Array]
 
 
-def sensitivities(kinematics: Kinematics, state: CrankStates) -> Iterator[Sensitivity]:
+def sensitivities(kinematics: Kinematics, state: Instants) -> Iterator[Sensitivity]:
     """Yield the derivatives of drive torque and reactions by each mass property of each body."""
     mechanism = kinematics.mechanism
     poses, rates, accelerations = motion_of_bodies(kinematics, state)

@@ -73,10 +73,10 @@ def check_drives(machine: DrivenTree, start: Array) -> None:
     """
     found = forward_kinematics(machine.tree, start)
     matrix, columns = _scaled_jacobian(machine, found)
-    rank, left = _rank(matrix), len(columns) - _rank(matrix)
+    rank, left = numerical_rank(matrix), len(columns) - numerical_rank(matrix)
     names, driven = list(machine.laws), len(machine.laws)
     loops = f"its closures take {rank} of {len(columns)} degrees of freedom"
-    if over := rank - _rank(matrix[:, driven:]):
+    if over := rank - numerical_rank(matrix[:, driven:]):
         can = f"give {driven - over} of {', '.join(names)}" if driven > over else "it cannot move"
         much = f"{over} of its {driven} drives {'is' if over == 1 else 'are'} too many"
         error = TooManyDrivesError(f"{loops}, which leaves {left}; {much}: {can}")
@@ -130,7 +130,7 @@ def count_mobility(machine: DrivenTree) -> Mobility:
     matrix, columns = _scaled_jacobian(machine, forward_kinematics(machine.tree, start.coordinates))
     redundant, before = {}, 0
     for name, rows in machine.tree.rows.items():
-        after = _rank(matrix[: rows.stop])
+        after = numerical_rank(matrix[: rows.stop])
         if spare := rows.stop - rows.start - (after - before):
             redundant[name] = spare
         before = after
@@ -181,7 +181,7 @@ def _scaled_jacobian(machine: DrivenTree, found: Poses) -> tuple[Array, list[int
     return jacobian(found, 1)[0][:, columns] * np.array([*weights, *machine.weights]), columns
 
 
-def _rank(matrix: Array) -> int:
+def numerical_rank(matrix: Array) -> int:
     """Numerical rank of a matrix: singular values above `RANK_TOLERANCE` times the largest."""
     values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(1)
     return int(np.sum(values > RANK_TOLERANCE * values[0]))
@@ -196,7 +196,7 @@ def null_space(matrix: Array) -> Array:
     """Basis of a matrix's null space, as columns."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
-    return np.asarray(np.linalg.svd(matrix)[2][_rank(matrix) :].T)
+    return np.asarray(np.linalg.svd(matrix)[2][numerical_rank(matrix) :].T)
 
 
 def _point_velocity(machine: DrivenTree, found: Poses, point: SpatialPoint, free_directions: Array) -> Array:

@@ -84,8 +84,9 @@ def check_model(
         if crank is None or not points:
             from conrod.models.check.guessing import find_names
 
-            names = call_on_file(find_names, path, machine.mechanism(), crank, dict(points))
-            crank, points, taken = names.crank, names.points, names.words
+            crank, points = call_on_file(find_names, path, machine.mechanism(), crank, dict(points))
+            typed = " ".join(f"--point {one}={where}" for one, where in points.items())
+            taken = f"taken as --crank {crank} {typed}"
         question = question_on_model(machine, crank, points, keyframe, controls or {}, unit)
         question = replace(question, taken=taken)
         for angle, given in (("rotation", rotation), ("crank_zero", crank_zero)):

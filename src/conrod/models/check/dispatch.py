@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,16 @@ import conrod
 from conrod.errors import InvalidInput, OutsideLoopsError, unknown_choice
 from conrod.execution.resolve_arguments import OneScene
 from conrod.execution.runner import Runs
-from conrod.models.check.keywords import refuse_old_keywords
 from conrod.report.findings import Findings
 from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
 from conrod.user_files.endings import FILES, FMUS, TABLES
 from conrod.user_files.in_memory import columns_of
+
+# Keywords of `conrod.check` that are spelled in another way now.
+NEW_KEYWORDS = {
+    "point": "points", "drive": "drives", "column": "columns", "unit": "units", "ctrl": "controls", "engine": "engines"
+}  # fmt: skip
 
 
 def check(subject: Any, scene: OneScene | None = None, **arguments: Any) -> Findings[Any]:
@@ -102,3 +106,12 @@ def _keywords(function: str, subject: str, given: Mapping[str, Any], **machine: 
             )
     chosen = {name: str(one) if name == "machine" else one for name, one in machine.items() if one is not None}
     return {**chosen, **given}
+
+
+def refuse_old_keywords(names: Iterable[str]) -> None:
+    """Refuse a keyword of an earlier conrod; raises InvalidInput, which gives the new one."""
+    for name in names:
+        if name in NEW_KEYWORDS:
+            raise InvalidInput(f"{name}=... is now {NEW_KEYWORDS[name]}=...")
+        if name == "set":
+            raise InvalidInput("set=... is gone: make the scene with its parameters, conrod.scene(NAME, crank='80 mm')")

@@ -3,34 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.mechanism.mechanism import GROUND, Mechanism
-from conrod.mjcf.loading import joint_kind, list_names, name_or_number, names_of
+from conrod.mjcf.loading import joint_kind, name_or_number, names_of
 from conrod.mjcf.missing_files import load_with_notes
 
 
-@dataclass(frozen=True)
-class FoundNames:
-    """The crank of a model, and the place of each observed point that was found, as `site:NAME`."""
-
-    crank: str
-    points: Mapping[str, str]
-
-    @property
-    def words(self) -> str:
-        """'taken as --crank crank --point P=site:P'."""
-        points = " ".join(f"--point {name}={place}" for name, place in self.points.items())
-        return f"taken as --crank {self.crank} {points}"
-
-
-def find_names(path: Path, mechanism: Mechanism, crank: str | None, points: Mapping[str, str]) -> FoundNames:
-    """Find the crank and the observed points of a model file; call it in a separate process.
+def find_names(
+    path: Path, mechanism: Mechanism, crank: str | None, points: Mapping[str, str]
+) -> tuple[str, dict[str, str]]:
+    """Find the crank of a model file, and its observed points as `site:NAME`; call it in a separate process.
 
     The crank is a hinge on the ground: the only one, the only one with an actuator, or the one that has the name of the
     scene's driver, of the driven link, or "crank", or whose body has. A point is at the site, body or geom of its name,
@@ -56,7 +43,7 @@ def find_names(path: Path, mechanism: Mechanism, crank: str | None, points: Mapp
         raise InvalidInput(
             f"say where an observed point of the scene is: --point {first}={kind}:NAME, for one of {list_names(places)}"
         )
-    return FoundNames(found, points)
+    return found, dict(points)
 
 
 def _guess_crank(model: mujoco.MjModel, known: Sequence[str]) -> str:

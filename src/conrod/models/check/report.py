@@ -13,7 +13,6 @@ from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import QUANTITIES
 from conrod.mechanism.units import MM
 from conrod.mjcf.request import LENGTH_UNITS
-from conrod.mjcf.start_pose_words import open_start_words
 from conrod.models.check.identity import Explanation, FoundLength
 from conrod.models.check.references import ALL_LENGTHS
 from conrod.models.check.results import JudgedRun, ModelStudy
@@ -59,7 +58,7 @@ def verdict(study: ModelStudy) -> str:
     if not_judged := list(_not_judged(study)):
         sentences.append(f"Not judged: {'; '.join(not_judged)}.")
     if (begins := study.model.begins) is not None:
-        words = open_start_words(begins, study.identity.frame.unit)
+        words = begins.words(study.identity.frame.unit)
         sentences.insert(0 if study.begins_open else len(sentences), words)
     if about := study.model.about:
         sentences.append(f"{about[0].upper()}{about[1:]}.")

@@ -12,10 +12,10 @@ import numpy as np
 from conrod.comparison.compare import ExactMotions, size_of, track_errors
 from conrod.comparison.other_forces import add_obstacles
 from conrod.comparison.outcome import MAX_CONTACT_GAP, MAX_JOINT_GAP, MAX_REACH_SIZES, RunVerdict
-from conrod.comparison.trajectory import Instants, Outcome, PointTracks, Track
+from conrod.comparison.trajectory import Outcome, PointTracks, Track
 from conrod.errors import InvalidInput
 from conrod.exact.kinematics import ExactReference
-from conrod.exact.motion import QUANTITIES, Array
+from conrod.exact.motion import QUANTITIES, Array, Instants
 from conrod.exact.space.drive_laws import parse_drive_law
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.execution.prediction import reference_misfit

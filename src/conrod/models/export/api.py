@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
+
 from conrod.engines import engine_named
 from conrod.engines.engine import default_steps, judged_preset, step_length
 from conrod.engines.tracks import Pace
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import ConrodWarning, InvalidInput, unknown_choice
+from conrod.exact.dynamics.forward import ForwardDynamics
+from conrod.exact.motion import Array
 from conrod.execution.resolve_arguments import STEPS_RANGE, OneScene, check_sample_count, scene_by_name
+from conrod.mechanism.loads import TimePulse
 from conrod.mechanism.units import check_count
-from conrod.models.export.free_start import free_start
 from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
 
@@ -18,14 +22,6 @@ MODELS = ("mjcf", "pymunk")
 TABLES = ("csv", "npz")
 FORMATS = (*MODELS, *TABLES, "fmu")
 CSV_SAMPLES = 360  # a revolution
-
-
-class NotCompleted(UserWarning):
-    """Warning that the run of an engine that is sampled did not end as it should."""
-
-
-class NoBinary(UserWarning):
-    """Warning that an FMU holds sources alone, because no compiler was found."""
 
 
 def export(
@@ -82,7 +78,7 @@ def export(
 
     content, why_no_binary = fmu(name, chosen)
     if why_no_binary is not None:
-        warnings.warn(f"{name}: the FMU holds sources alone: {why_no_binary}", NoBinary, stacklevel=2)
+        warnings.warn(f"{name}: the FMU holds sources alone: {why_no_binary}", ConrodWarning, stacklevel=2)
     return content
 
 
@@ -97,7 +93,7 @@ def _table(
     if engine is not None:
         sampled = sampled_trajectory(name, scene, engine, preset, steps, revolutions)
         if sampled.outcome:
-            warnings.warn(f"{name} in {engine}: the run is {sampled.outcome}", NotCompleted, stacklevel=3)
+            warnings.warn(f"{name} in {engine}: the run is {sampled.outcome}", ConrodWarning, stacklevel=3)
         return sampled_csv(sampled) if format == "csv" else sampled_npz(sampled)
     samples = samples_of(name, steps, revolutions, 1)
     if format == "csv":
@@ -160,3 +156,23 @@ def samples_of(name: str, steps_per_rev: int | None, revolutions: int | None, us
     turns = usual if revolutions is None else revolutions
     check_sample_count(name, samples, turns)
     return samples, turns
+
+
+def free_start(name: str, scene: Scene, motor: bool = False) -> tuple[Array, Array]:
+    """Exact poses and rates (3 n,) [m, m, rad] of all bodies at the start.
+
+    Args:
+        motor: whether a motor on the crank will end a rest.
+
+    Raises:
+        InvalidInput: the joints do not allow the start, or the machine rests and nothing moves it.
+    """
+    mechanism = scene.kinematics.mechanism
+    if motor and not any(scene.start_rates.values()):
+        poses = scene.kinematics.start[0]
+        return poses, np.zeros_like(poses)
+    motion = ForwardDynamics(mechanism).motion(np.zeros(1), rates=scene.start_rates)
+    pulsed = any(isinstance(load.law, TimePulse) for load in mechanism.loads)
+    if not (motion.rates.any() or motion.accelerations.any() or pulsed):
+        raise InvalidInput(f"--free: {name} rests, and no weight or load moves it: --motor gives its crank a motor")
+    return motion.poses[0], motion.rates[0]

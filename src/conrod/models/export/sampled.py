@@ -10,13 +10,13 @@ from importlib.metadata import version
 
 import numpy as np
 
-from conrod.comparison.trajectory import BodyStates, Instants, Outcome, Trajectory
+from conrod.comparison.trajectory import BodyStates, Outcome, Trajectory
 from conrod.engines import engine_named
 from conrod.engines.engine import default_steps, run_extent
 from conrod.engines.run import run_in_one_piece
 from conrod.errors import InvalidInput, unknown_choice
 from conrod.exact.link_rotations import ROTATION_COLUMNS, ROTATION_UNITS, link_rotations, rotating_links
-from conrod.exact.motion import Array, Motion
+from conrod.exact.motion import Array, Instants, Motion
 from conrod.execution.resolve_arguments import check_sample_count
 from conrod.models.export.pack import TABLE_QUANTITIES, exact_columns
 from conrod.scenes import Scene

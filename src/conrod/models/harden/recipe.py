@@ -11,11 +11,12 @@ import mujoco
 import numpy as np
 
 from conrod.engines.mujoco import MAX_IMPEDANCE, MIN_IMPEDANCE, STOCK_SOLIMP, STOCK_SOLREF, compat
+from conrod.errors import list_names
 from conrod.exact.motion import Array
 from conrod.mjcf.edits import Edit, Recipe
 from conrod.mjcf.equalities import equality_kind, handle_indices, handle_words
 from conrod.mjcf.hardenable import Closure, weight_edits, weight_rows
-from conrod.mjcf.loading import list_names, name_or_number
+from conrod.mjcf.loading import name_or_number
 
 # What is left of the regularisation, over the inverse inertia: (1 - d) / d x factor. Softness leaves an error in
 # proportion to it; Newton's one iteration at MuJoCo's stock tolerance leaves one of rounding in inverse proportion,

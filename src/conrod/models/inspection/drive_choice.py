@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import mujoco
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialJoint, SpatialTree
 from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
@@ -16,7 +16,7 @@ from conrod.exact.space.mobility import check_drives, drives_to_add, free_direct
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.driven_runs import tendons_beyond_limits
 from conrod.mjcf.equalities import closure_name, handle_indices
-from conrod.mjcf.loading import OWN_POSE, list_names, name_or_number
+from conrod.mjcf.loading import OWN_POSE, name_or_number
 from conrod.mjcf.reading import duration, tree_of
 from conrod.models.loops.ranges import joints_outside
 from conrod.models.loops.tracking import track_motion

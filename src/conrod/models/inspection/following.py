@@ -12,11 +12,11 @@ import numpy as np
 
 from conrod.engines.mujoco import compat
 from conrod.engines.mujoco.dynamics import silence_warnings
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, list_names, unknown_choice
 from conrod.exact.motion import Array
 from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
 from conrod.mjcf.driving import break_off_reason
-from conrod.mjcf.loading import joint_kind, list_names, name_or_number, names_of
+from conrod.mjcf.loading import joint_kind, name_or_number, names_of
 from conrod.models.inspection.actuator_kinds import TriedActuator, read_actuators
 from conrod.models.inspection.actuator_results import SERVOS, SPEEDS
 from conrod.models.inspection.actuator_runs import held_model

@@ -10,8 +10,9 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from conrod.errors import list_names
 from conrod.mjcf.equalities import equality_kind
-from conrod.mjcf.loading import check_finite, list_names, name_or_number
+from conrod.mjcf.loading import check_finite, name_or_number
 from conrod.mjcf.missing_files import load_with_notes
 from conrod.mjcf.unknown_names import XML_ERRORS
 from conrod.models.inspection.results import InspectionRequest, Loading

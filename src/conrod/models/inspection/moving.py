@@ -9,8 +9,7 @@ import numpy as np
 
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.engines.mujoco.model import equality_jacobian
-from conrod.exact.motion import Array
-from conrod.exact.space.assembly import RANK_TOLERANCE
+from conrod.exact.space.mobility import numerical_rank
 from conrod.mjcf.equalities import close_loops, closure_name, handle_indices, handle_words, row_equalities
 from conrod.mjcf.loading import name_or_number
 from conrod.models.inspection.actuator_kinds import read_actuators
@@ -42,7 +41,7 @@ def count_model_mobility(model: mujoco.MjModel, start: mujoco.MjData) -> ModelMo
     basis, redundant, before = free_motions(model, jacobian), dict[str, int](), 0
     for k in dict.fromkeys(owners.tolist()):
         rows = np.flatnonzero(owners == k)
-        after = _rank(jacobian[: rows[-1] + 1])
+        after = numerical_rank(jacobian[: rows[-1] + 1])
         if spare := len(rows) - (after - before):
             redundant[closure_name(model, k)] = spare
         before = after
@@ -50,7 +49,7 @@ def count_model_mobility(model: mujoco.MjModel, start: mujoco.MjData) -> ModelMo
     pushes = np.array([moment(model, data, one) @ basis for one in tried]).reshape(len(tried), basis.shape[1])
     scale = np.abs(pushes).max(axis=1, initial=0.0)
     pushes = pushes[scale > MIN_SHARE] / scale[scale > MIN_SHARE, None]
-    driven = _rank(pushes)
+    driven = numerical_rank(pushes)
     left = basis @ np.linalg.svd(pushes)[2][driven:].T if len(pushes) else basis
     moved = np.abs(left).max(axis=1, initial=0.0)
     names = [name_or_number(model, "joint", int(j)) for j in model.dof_jntid]
@@ -59,9 +58,3 @@ def count_model_mobility(model: mujoco.MjModel, start: mujoco.MjData) -> ModelMo
         model.nv, len(owners), before, redundant, int(np.sum(scale > MIN_SHARE)), driven, tuple(undriven),
         handle_words(model, handle_indices(model)), closed,
     )  # fmt: skip
-
-
-def _rank(matrix: Array) -> int:
-    """Numerical rank: singular values above `RANK_TOLERANCE` times the largest."""
-    values = np.linalg.svd(matrix, compute_uv=False) if matrix.size else np.zeros(1)
-    return int(np.sum(values > RANK_TOLERANCE * values[0]))

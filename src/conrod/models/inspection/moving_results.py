@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from conrod.errors import list_names
 from conrod.models.inspection.actuator_results import FORCE_UNITS, percent_text, shown_value
 from conrod.report.numbers import measured_text, quantity
 
 STAYS = 0.01  # of the model's extent, that a keyframe which stays may move
 MAX_GROWTH = 0.01  # of the largest kinetic energy, that a step may add in the run
 MAX_NAMES = 4  # in a sentence
-
-
-def enumerate_names(names: Iterable[str]) -> str:
-    """Join names by commas, cut short after the first `MAX_NAMES`."""
-    every = list(names)
-    more = f" and {len(every) - MAX_NAMES} more" if len(every) > MAX_NAMES else ""
-    return f"{', '.join(every[:MAX_NAMES])}{more}"
 
 
 @dataclass(frozen=True)
@@ -76,9 +70,9 @@ class ModelMobility:
             driven = f"driven by {self.actuators} actuator{'s' if self.actuators != 1 else ''}"
         yield f"{self.freedom} {many}{of}, {driven}" if self.freedom else f"nothing: no degree of freedom is left{of}"
         if self.actuators and self.undriven:
-            yield f"{self.freedom - self.driven} undriven: {enumerate_names(self.undriven)}"
+            yield f"{self.freedom - self.driven} undriven: {list_names(self.undriven, MAX_NAMES)}"
         if self.redundant:
-            spare = enumerate_names(f"{number} of {name}" for name, number in self.redundant.items())
+            spare = list_names((f"{number} of {name}" for name, number in self.redundant.items()), MAX_NAMES)
             yield f"redundant equations: {spare}"
         if self.handles:
             yield self.handles

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from conrod.errors import list_names
 from conrod.models.inspection.actuator_results import ActuatorResult, largest_step_words, percent_text
-from conrod.models.inspection.moving_results import KeyframeHold, enumerate_names
+from conrod.models.inspection.moving_results import MAX_NAMES, KeyframeHold
 from conrod.report.numbers import measured_text, quantity
 
 MAX_EACH = 3  # actuators that are all described one by one
@@ -64,5 +65,5 @@ def keyframe_lines(held: Sequence[KeyframeHold]) -> Iterator[str]:
     """Yield a line on the keyframes that stay, and one on each that does not."""
     if stay := [one.name for one in held if one.stays]:
         said = "keyframes {} stay" if len(stay) > 1 else "keyframe {} stays"
-        yield f"{said.format(enumerate_names(stay))} where its controls hold it"
+        yield f"{said.format(list_names(stay, MAX_NAMES))} where its controls hold it"
     yield from (one.words for one in held if not one.stays)

@@ -11,11 +11,11 @@ from urllib.parse import quote
 
 from conrod.comparison.other_forces import CONTACT, LIMIT, acting_sentences
 from conrod.comparison.trajectory import Outcome
+from conrod.errors import list_names
 from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.actuator_results import SERVOS, SPEEDS, ActuatorResult
 from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
-from conrod.models.loops.error_words import in_mm
-from conrod.models.loops.settings_words import lines_to_paste, settings_words
+from conrod.models.loops.words import in_mm, lines_to_paste, settings_words
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.numbers import quantity
 from conrod.report.table import Table, Verbatim, table
@@ -54,7 +54,7 @@ def finding(study: Inspection) -> str:
         sentences.append("Nothing of it can move.")
     if closing.passed and study.motion is not None and study.motion.own.errors:
         off = in_mm(study.motion.own.errors["position"])
-        met = _name_list(one.title for one in study.motion.own.acting if one.kind in OBSTACLES)
+        met = list_names((one.title for one in study.motion.own.acting if one.kind in OBSTACLES), MAX_NAMED)
         way = f", with {met} in its way" if met else ""
         sentences.append(
             f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings{way}."
@@ -66,7 +66,7 @@ def finding(study: Inspection) -> str:
     if any(one.rule == "nothing-moves" for one in study.findings):
         sentences.append("Nothing moves in its own run.")
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
-        sentences.append(f"Lint has {_count_text(len(errors), 'error')}: {_name_list(errors)}.")
+        sentences.append(f"Lint has {_count_text(len(errors), 'error')}: {list_names(errors, MAX_NAMED)}.")
     return " ".join(sentences)
 
 
@@ -112,7 +112,7 @@ def _closing_lines(found: Closing) -> Iterator[str]:
         if named or pose is found.start:
             yield _pose_line(pose, named)
     if len(found.poses) > 1 and not any(map(found.is_named, found.poses[1:])) and found.start.gaps:
-        yield f"closed in {_name_list(pose.pose for pose in found.poses[1:])} too"
+        yield f"closed in {list_names((pose.pose for pose in found.poses[1:]), MAX_NAMED)} too"
     yield from _range_lines(found.start)
     yield from found.remarks
 
@@ -148,7 +148,7 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
         return
     driven = [f"{joint}={law}" for joint, law in study.drives.items() if law != HOLD]
     held = [joint for joint, law in study.drives.items() if law == HOLD]
-    drives = " and ".join(driven) + (f" (held: {_name_list(held)})" if held else "")
+    drives = " and ".join(driven) + (f" (held: {list_names(held, MAX_NAMED)})" if held else "")
     own = motion.own
     if own.outcome is not Outcome.COMPLETED:
         yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
@@ -301,12 +301,6 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
 def _count_text(count: int, one: str, many: str = "") -> str:
     """Return a count with its noun: '1 joint', '3 joints', 'no joints'."""
     return f"{count or 'no'} {one if count == 1 else many or f'{one}s'}"
-
-
-def _name_list(names: Any) -> str:
-    every = list(names)
-    more = f" and {len(every) - MAX_NAMED} more" if len(every) > MAX_NAMED else ""
-    return ", ".join(every[:MAX_NAMED]) + more
 
 
 def _summary(study: Inspection) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from conrod.engines.mujoco import STIFF_SOLIMP, compat
 from conrod.engines.mujoco.model import equality_jacobian
+from conrod.errors import list_names
 from conrod.exact.motion import Array
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.mjcf.anchors import parts_apart
@@ -24,7 +25,7 @@ from conrod.mjcf.equalities import (
     row_equalities,
     ties_bodies,
 )
-from conrod.mjcf.loading import list_names, name_or_number
+from conrod.mjcf.loading import name_or_number
 from conrod.mjcf.request import MIN_NAMED_OPENING
 from conrod.mjcf.runs import data_at_state, run, state_of
 from conrod.mjcf.unit_of_length import WIDTH, coordinate_powers, violation_power

@@ -20,9 +20,7 @@ from conrod.mjcf.loop_results import (
     LoopStudy,
     loop_limits,
 )
-from conrod.mjcf.start_pose_words import open_start_words
-from conrod.models.loops.error_words import PAGE_UNITS, in_mm, shipped_words, with_share
-from conrod.models.loops.settings_words import lines_to_paste, settings_words
+from conrod.models.loops.words import PAGE_UNITS, in_mm, lines_to_paste, settings_words, shipped_words, with_share
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.numbers import in_shown_unit, measured_text, order, quantity
 from conrod.report.table import VERDICT, ColouredCell, Table, Verbatim, table
@@ -55,7 +53,7 @@ def finding(study: LoopStudy) -> str:
     if not_judged := list(_not_judged(study)):
         said.append(f"Not judged: {'; '.join(not_judged)}.")
     if study.begins is not None:
-        said.insert(0 if study.begins_open else len(said), open_start_words(study.begins))
+        said.insert(0 if study.begins_open else len(said), study.begins.words())
     if study.is_machine and study.compared is not None and (words := _difference_words(study.compared)):
         said.append(f"Its points are where those of {study.compared.machine} are, though {words}.")
     if study.compared is not None and (loads := study.compared.loads):

@@ -16,7 +16,7 @@ from conrod.comparison.convergence import claimed_order
 from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forces
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
-from conrod.errors import InvalidInput, OutsideLoopsError
+from conrod.errors import InvalidInput, OutsideLoopsError, list_names
 from conrod.exact.motion import QUANTITIES, Array, PointMotion
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility
@@ -29,7 +29,7 @@ from conrod.mjcf.driven_runs import compare_kinematics, judge_run, shipped_run, 
 from conrod.mjcf.driving import driven_run, set_exact_state
 from conrod.mjcf.edits import Recipe, apply_recipe
 from conrod.mjcf.equalities import inactive_closures, inactive_words
-from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_start, list_names, start_words
+from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_start, start_words
 from conrod.mjcf.loop_results import (
     FEWEST_STEPS,
     LABELS,

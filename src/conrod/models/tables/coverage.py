@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 
 import numpy as np
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.exact.link_rotations import ROTATIONS
 from conrod.models.tables.columns import AXES, CRANK_ANGLE, MOTION
 from conrod.models.tables.errors import ERRORS, TableComparison
@@ -81,8 +81,7 @@ def _list_unjudged(table: TableComparison, tolerance: Mapping[str, float]) -> It
         if not limits:
             yield quantity
         elif missing := _missing_columns(table, quantity, min(limits)):
-            more = f" and {len(missing) - MAX_LISTED_COLUMNS} more" if len(missing) > MAX_LISTED_COLUMNS else ""
-            yield f"{quantity} of {', '.join(missing[:MAX_LISTED_COLUMNS])}{more}"
+            yield f"{quantity} of {list_names(missing, MAX_LISTED_COLUMNS)}"
     for quantity in ROTATIONS:
         if (links := table.links(quantity)) and quantity not in tolerance:
             yield f"{quantity.replace('_', ' ')} of {', '.join(links[:MAX_LISTED_COLUMNS])}"

@@ -9,7 +9,7 @@ from typing import Any
 from conrod.exact.link_rotations import ROTATIONS
 from conrod.mechanism.units import unit_in_prose
 from conrod.models.tables.causes import Cause
-from conrod.models.tables.columns import MOTION
+from conrod.models.tables.columns import MOTION, Column
 from conrod.models.tables.errors import ALL_ERRORS
 from conrod.models.tables.study import TableStudy
 from conrod.report import numbers
@@ -138,9 +138,9 @@ def _cause_line(study: TableStudy, cause: Cause) -> str:
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def columns_table(study: TableStudy) -> Table:
+def columns_table(columns: Sequence[Column]) -> Table:
     """Return a row for each column that was used: quantity, heading, unit."""
-    rows = [(column.name, column.heading, unit_in_prose(column.unit), column.unit_from) for column in study.columns]
+    rows = [(column.name, column.heading, unit_in_prose(column.unit), column.unit_from) for column in columns]
     return table(("quantity", "column", "unit", "unit from"), rows)
 
 
@@ -199,7 +199,7 @@ def results_to_print(studies: Sequence[TableStudy]) -> Iterator[PrintedPart]:
         yield verdict_line(f"{study.file}: {verdict_text(study)}", study.passed)
         yield errors_table(study)
         yield from indented_under(summary_line(study), findings(study))
-        yield columns_table(study)
+        yield columns_table(study.columns)
 
 
 TABLE_REPORT = Kind(

@@ -7,13 +7,13 @@ nearly a straight line, or nearly in proportion.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, list_names
 from conrod.exact.motion import Array
 from conrod.models.tables.columns import CRANK_ANGLE, MOTION, quantities
 from conrod.models.tables.errors import ERRORS, TableComparison
@@ -73,7 +73,7 @@ def _outlier_words(table: TableComparison, name: str, rows: NDArray[np.intp]) ->
         off = {column: (size, units[column]) for column, size in _largest(sizes).items()}
     first = float(table.times[rows[0]])
     when = f"at {first:.6g} s" if len(rows) == 1 else f"the first at {first:.6g} s"
-    sizes_text = _enumerate(f"{column} by {_text(*found)}" for column, found in off.items())
+    sizes_text = list_names((f"{column} by {_text(*found)}" for column, found in off.items()), MAX_NAMED_COLUMNS)
     return f"{len(rows)} of {len(table.times)} rows ({when}) {'is' if len(rows) == 1 else 'are'} off: {sizes_text}"
 
 
@@ -95,10 +95,10 @@ def _gain(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
     if np.ptp(wrong) <= SAME_GAIN * abs(wrong[0] - 1.0):
         size = ", or a machine of another size" if len(found) == len(gains) and quantity == "position" else ""
         are = "is" if len(found) == 1 else "are each"
-        words = f"{_enumerate(found)} {are} {wrong[0]:.6g} times what it should be (a gain{size})"
+        words = f"{list_names(found, MAX_NAMED_COLUMNS)} {are} {wrong[0]:.6g} times what it should be (a gain{size})"
         yield GAIN, words, replace(table, values=values), (quantity, "total")
     else:
-        each = _enumerate(f"{column} by {gains[column]:.6g}" for column in found)
+        each = list_names((f"{column} by {gains[column]:.6g}" for column in found), MAX_NAMED_COLUMNS)
         yield GAIN, f"columns have gains of their own: {each}", replace(table, values=values), (quantity, "total")
 
 
@@ -110,7 +110,7 @@ def _offset(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
         return
     values = {column: own - means[column] if column in found else own for column, own in table.values.items()}
     unit = quantities(tuple(table.scene.lengths))[next(iter(found))]
-    each = _enumerate(f"{column} by {_text(means[column], unit)}" for column in found)
+    each = list_names((f"{column} by {_text(means[column], unit)}" for column in found), MAX_NAMED_COLUMNS)
     undone, concerns = replace(table, values=values), (quantity, "total") if quantity == "position" else (quantity,)
     sizes = [math.hypot(*(means.get(f"{p}.a{axis}", 0.0) for axis in "xy")) for p in table.points(quantity)]
     if quantity == "acceleration" and all(abs(s - STANDARD_GRAVITY) <= SAME_GRAVITY * STANDARD_GRAVITY for s in sizes):
@@ -139,7 +139,8 @@ def _drift(table: TableComparison, quantity: str) -> Iterator[Hypothesis]:
         return
     values = {column: own - form @ lines[column] if column in found else own for column, own in table.values.items()}
     unit = quantities(tuple(table.scene.lengths))[next(iter(found))]
-    each = _enumerate(f"{column} by {_text(float(lines[column][1]), unit)} a second" for column in found)
+    rates = (f"{column} by {_text(float(lines[column][1]), unit)} a second" for column in found)
+    each = list_names(rates, MAX_NAMED_COLUMNS)
     yield DRIFT, f"columns drift: {each}", replace(table, values=values), (quantity, "total")
 
 
@@ -199,13 +200,6 @@ def _largest(sizes: Mapping[str, float]) -> dict[str, float]:
     """Return the sizes that are not far below the largest."""
     largest = max(sizes.values(), default=0.0)
     return {name: size for name, size in sizes.items() if size > MIN_SHARE * largest}
-
-
-def _enumerate(words: Iterable[str]) -> str:
-    """'a, b and 2 more'."""
-    every = list(words)
-    more = f" and {len(every) - MAX_NAMED_COLUMNS} more" if len(every) > MAX_NAMED_COLUMNS else ""
-    return ", ".join(every[:MAX_NAMED_COLUMNS]) + more
 
 
 def _text(size: float, unit: str) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from conrod.errors import InvalidInput
 from conrod.execution.prediction import reference_misfit
 from conrod.execution.result import misfit_words
-from conrod.execution.tolerances import Limit, judged_scale, scale_tolerance, scene_scales
+from conrod.execution.tolerances import Limit, exceeded_limits, judged_scale, scale_tolerance, scene_scales
 from conrod.models.tables.causes import MIN_NOTEWORTHY_ERROR, Cause, likely_causes
 from conrod.models.tables.clock import clock_limits
 from conrod.models.tables.columns import TIME, Column, quantities
@@ -96,10 +96,7 @@ class TableStudy:
     @property
     def exceeded(self) -> dict[str, tuple[float, float]]:
         """Errors beyond their tolerance: name -> (found, allowed)."""
-        found = {name: (self.largest(name), allowed) for name, allowed in self.tolerance.items()}
-        return {
-            name: (size, allowed) for name, (size, allowed) in found.items() if size is not None and not size <= allowed
-        }
+        return exceeded_limits(self.tolerance, self.largest)
 
     @property
     def passed(self) -> bool | None:

@@ -6,8 +6,9 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from conrod.mechanism.units import RPM, unit_in_prose
+from conrod.mechanism.units import RPM
 from conrod.models.tables.causes import Cause
+from conrod.models.tables.report import columns_table
 from conrod.models.torque_runs.comparison import CRANK, JUDGED_QUANTITIES, PHASE
 from conrod.models.torque_runs.study import TorqueRunStudy
 from conrod.report import numbers
@@ -106,12 +107,6 @@ def _cause_line(study: TorqueRunStudy, cause: Cause) -> str:
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def columns_table(study: TorqueRunStudy) -> Table:
-    """Return a row for each column that was used: quantity, heading, unit."""
-    rows = [(column.name, column.heading, unit_in_prose(column.unit), column.unit_from) for column in study.columns]
-    return table(("quantity", "column", "unit", "unit from"), rows)
-
-
 def errors_table(study: TorqueRunStudy) -> Table:
     """Return a row for each point, or the crank, and error: sizes, the largest in its unit and when, tolerance."""
     rows = []
@@ -168,7 +163,7 @@ def results_to_print(studies: Sequence[TorqueRunStudy]) -> Iterator[PrintedPart]
         yield verdict_line(f"{study.file}: {verdict_text(study)}", study.passed)
         yield errors_table(study)
         yield from indented_under(summary_line(study), findings(study))
-        yield columns_table(study)
+        yield columns_table(study.columns)
 
 
 TORQUE_RUN_REPORT = Kind(

@@ -13,7 +13,7 @@ from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
 from conrod.execution.prediction import reference_misfit
 from conrod.execution.result import misfit_words
-from conrod.execution.tolerances import Limit, judged_scale, point_scales, scale_tolerance
+from conrod.execution.tolerances import Limit, exceeded_limits, judged_scale, point_scales, scale_tolerance
 from conrod.models.tables.causes import MIN_NOTEWORTHY_ERROR, Cause
 from conrod.models.tables.columns import CRANK_ANGLE, CRANK_SPEED, TIME, Column
 from conrod.models.tables.reading import Reading
@@ -112,10 +112,7 @@ class TorqueRunStudy:
     @property
     def exceeded(self) -> dict[str, tuple[float, float]]:
         """Errors beyond their tolerance: name -> (found, allowed)."""
-        found = {name: (self.largest(name), allowed) for name, allowed in self.tolerance.items()}
-        return {
-            name: (size, allowed) for name, (size, allowed) in found.items() if size is not None and not size <= allowed
-        }
+        return exceeded_limits(self.tolerance, self.largest)
 
     @property
     def passed(self) -> bool:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KnownReleases, require_capability
 from conrod.errors import InvalidInput, as_names
+from conrod.execution.local import FILE_TIMEOUT
+from conrod.execution.releases import ReleaseProcesses
 from conrod.mechanism.units import check_number
 from conrod.mjcf.request import controls_of
-from conrod.models.upgrades.processes import ReleaseProcesses
 from conrod.models.upgrades.report import UPGRADES_REPORT
 from conrod.models.upgrades.results import ModelRun, UpgradeStudy
-from conrod.models.upgrades.study import model_costs, upgrade_study
+from conrod.models.upgrades.study import call_release, model_costs, upgrade_study
 from conrod.report.findings import Findings, text_of_call
 from conrod.user_files.files import check_readable
 
@@ -60,15 +62,16 @@ def compare_releases(
             raise InvalidInput(f"{path}: another has the same name in the report: judge it by itself")
         progress(str(path))
         request = ModelRun(str(path.absolute()), keyframe, controls_of(controls or {}), seconds)
-        with ReleaseProcesses(known) as processes:
-            study = upgrade_study(path.name, request, versions, known, processes.call)
+        with ReleaseProcesses(made.name, known.requirement, FILE_TIMEOUT) as processes:
+            call = partial(call_release, processes)
+            study = upgrade_study(path.name, request, versions, known, call)
             if costs:
                 reference = made.version if made.version in study.measured else study.measured[0]
-                timed = model_costs(study, request, reference, processes.call)
+                timed = model_costs(study, request, reference, call)
                 study = replace(study, reference=reference, costs=timed)
         found[path.stem], typed[path.stem] = study, str(path)
-    call = text_of_call(
+    again = text_of_call(
         "compare_releases", [str(one) for one in several], releases=releases, keyframe=keyframe, controls=controls,
         seconds=None if seconds == SECONDS else seconds, costs=costs or None,
     )  # fmt: skip
-    return Findings(UPGRADES_REPORT, found, call, typed=typed)
+    return Findings(UPGRADES_REPORT, found, again, typed=typed)

@@ -138,11 +138,7 @@ class ModelCost:
     @property
     def word(self) -> str:
         """`slower` or `faster` where the interval is beyond 1 and beyond the scatter of the reference."""
-        if self.timing is None or self.noise is None:
-            return ""
-        if self.timing.low > max(1.0, self.noise.high):
-            return "slower"
-        return "faster" if self.timing.high < min(1.0, self.noise.low) else "within the spread"
+        return "" if self.timing is None or self.noise is None else self.timing.against_noise(self.noise)
 
 
 @dataclass(frozen=True)

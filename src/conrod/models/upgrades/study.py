@@ -13,6 +13,8 @@ import numpy as np
 from conrod.engines.releases import Releases
 from conrod.errors import InvalidInput
 from conrod.execution.paired_timing import Block, PairedTiming, time_block_pair
+from conrod.execution.releases import ReleaseProcesses
+from conrod.execution.worker_process import WorkerDied
 from conrod.models.upgrades.causes import cause_of_change, chaos_words
 from conrod.models.upgrades.release_calls import (
     advance_model_stepper,
@@ -36,6 +38,25 @@ from conrod.models.upgrades.results import (
 # Calls a function of `release_calls` in a process of a release; the number is that of the process.
 CallRelease = Callable[..., Any]
 COMPLETED = "completed"
+
+
+def call_release(
+    processes: ReleaseProcesses, version: str, process: int, function: Callable[..., Any], *arguments: Any
+) -> Any:
+    """Call a function in a process of a release, and return its result.
+
+    Raises:
+        InvalidInput: the release cannot be installed, refuses the model, ends or takes too long; says which.
+    """
+    try:
+        return processes.call(version, process, function, *arguments)
+    except WorkerDied as error:
+        raise InvalidInput(f"it {error}") from None
+    except TimeoutError as error:
+        raise InvalidInput(str(error)) from None
+    except (AttributeError, TypeError) as error:
+        # A release lacks something that conrod uses of it.
+        raise InvalidInput(f"conrod cannot drive it: {type(error).__name__}: {error}") from None
 
 
 def upgrade_study(

@@ -18,7 +18,6 @@ from conrod.comparison.trajectory import (
     ArrayMapper,
     BodyStates,
     BodyTracks,
-    Instants,
     Piece,
     PointTracks,
     Track,
@@ -27,6 +26,7 @@ from conrod.comparison.trajectory import (
 from conrod.engines.engine import Engine
 from conrod.errors import InvalidInput
 from conrod.exact.kinematics import ExactReference, GenericReference, Kinematics
+from conrod.exact.motion import Instants
 from conrod.mechanism.mechanism import Mechanism, Point, Revolute
 from conrod.scenes import Scene
 

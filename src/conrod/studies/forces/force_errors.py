@@ -21,13 +21,12 @@ from conrod.engines.tracks import ForceTracks
 from conrod.exact.dynamics.inverse import (
     MIN_RELATIVE_CHANGE,
     TORQUE,
-    CrankStates,
     component_names,
     joint_forces,
     quantities,
 )
 from conrod.exact.kinematics import ExactReference, Kinematics
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.mechanism.mechanism import CamContact, Mechanism
 from conrod.scenes import Scene
 from conrod.studies.forces.results import (
@@ -95,22 +94,21 @@ def derive_tolerance(
     return allowed, reason
 
 
-def exact_forces(kinematics: Kinematics, state: CrankStates) -> dict[str, Array]:
+def exact_forces(kinematics: Kinematics, state: Instants) -> dict[str, Array]:
     """Return the exact forces (T,) [N] and torques [N m] in states of the crank, by quantity."""
     parts = []
     for start in range(0, len(state.angle), CHUNK_SAMPLES):
-        rows = slice(start, start + CHUNK_SAMPLES)
-        chunk = CrankStates(state.angle[rows], state.rate[rows], state.acceleration[rows], state.time[rows])
+        chunk = state[start : start + CHUNK_SAMPLES]
         parts.append(quantities(joint_forces(kinematics, chunk)))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 
-def constant_speed_states(scene: ExactReference) -> CrankStates:
+def constant_speed_states(scene: ExactReference) -> Instants:
     """Return crank states of a revolution or pass at constant speed, without change points."""
     angle = np.linspace(*scene.kinematics.span, CRANK_SAMPLES)
     angle = angle[~scene.kinematics.near_change(angle, CHANGE_POINT_MARGIN)]
     zeros = np.zeros_like(angle)
-    return CrankStates(angle, zeros + scene.speed, zeros, angle / scene.speed)
+    return Instants(angle / scene.speed, angle, zeros + scene.speed, zeros)
 
 
 def force_peaks(scene: Scene) -> dict[str, tuple[float, bool]]:
@@ -153,7 +151,7 @@ class ForceComparison:
         """
         at, kinematics = tracks.instants, scene.kinematics
         self.kept = ~kinematics.near_change(at.angle, CHANGE_POINT_MARGIN)
-        self.state = state = CrankStates(*(v[self.kept] for v in (at.angle, at.rate, at.acceleration, at.times)))
+        self.state = state = at[self.kept]
         self.angle, self.peaks = state.angle, peaks
         reported = {f"{j}.{name}": values for j, some in tracks.joints.items() for name, values in some.items()}
         if tracks.drive_torque is not None:
@@ -218,14 +216,14 @@ class ExpectedForceErrors:
         ]
         return (1.0 + self._share) * max(found, default=0.0)
 
-    def errors_at(self, state: CrankStates, name: str) -> Array:
+    def errors_at(self, state: Instants, name: str) -> Array:
         """Return the errors (T,) of a quantity that the law expects in states of a run.
 
         They are zeros if the law was evaluated at other instants than those of the states.
         """
-        if np.array_equal(self._errors.state.time, state.time) and name in self._errors.reported:
+        if np.array_equal(self._errors.state.times, state.times) and name in self._errors.reported:
             return self._errors.signed_errors(name)
-        return np.zeros_like(state.time)
+        return np.zeros_like(state.times)
 
 
 def _away_from_arc_joints(angle: Array, joints: Sequence[float]) -> NDArray[np.bool_]:

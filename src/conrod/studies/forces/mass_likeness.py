@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from conrod.exact.dynamics.inverse import MIN_RELATIVE_CHANGE, CrankStates, sensitivities
+from conrod.exact.dynamics.inverse import MIN_RELATIVE_CHANGE, sensitivities
 from conrod.exact.kinematics import ExactReference
 from conrod.studies.forces.force_errors import ExpectedForceErrors, ForceComparison, Peaks, constant_speed_states
 from conrod.studies.forces.results import MIN_LIKENESS
@@ -60,14 +60,13 @@ def mass_likenesses(
     rows = measured.clear_rows()
     rows = rows[np.unique(np.linspace(0, len(rows) - 1, MAX_PROJECTED_SAMPLES).astype(int))]
     at = measured.state
-    state = CrankStates(*(values[rows] for values in (at.angle, at.rate, at.acceleration, at.time)))
     peaks = {name: measured.peaks[name][0] for name in reported}
     expected = {name: 0.0 if law is None else law.errors_at(at, name) for name in reported}
     errors = np.concatenate([(measured.signed_errors(n) - expected[n])[rows] / peaks[n] for n in reported])
     # At constant speed, as the machine is meant to run: effects through ripple of the drive do not count.
     visible = visible_properties(scene, reported, measured.peaks)
     found, left = {}, {}
-    for one in sensitivities(scene.kinematics, state):
+    for one in sensitivities(scene.kinematics, at[rows]):
         effect = np.concatenate([one.derivatives[n] * one.change / peaks[n] for n in reported])
         if (one.body, one.quality) in visible and effect.any():
             times = float(errors @ effect / (effect @ effect))

@@ -13,8 +13,7 @@ from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, label
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Part
-from conrod.report.opening import index_words
-from conrod.report.results import scene_summary, scene_verdict
+from conrod.report.results import index_words, scene_summary, scene_verdict
 from conrod.report.table import Cell, ColouredCell, Table, table
 from conrod.scenes import Scene
 from conrod.studies.validation import tables as validation_tables

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from conrod.engines import engine_named
 from conrod.engines.capabilities import KnownReleases, require_capability
 from conrod.errors import InvalidInput, as_names
-from conrod.execution.release_costs import ReleaseTimer
+from conrod.execution.release_costs import BLOCK_TIMEOUT, time_in_releases
+from conrod.execution.releases import ReleaseProcesses
 from conrod.execution.resolve_arguments import Scenes, scenes_by_name
 from conrod.execution.runner import Runner, Runs
 from conrod.report.findings import Findings, text_of_call
@@ -47,7 +49,7 @@ def versions(
         if not costs:
             study = versions_study(made, chosen, cases, runner.run_in_release)
         else:
-            with ReleaseTimer(known.requirement) as timer:
-                study = versions_study(made, chosen, cases, runner.run_in_release, timer.time)
+            with ReleaseProcesses(engine, known.requirement, BLOCK_TIMEOUT) as processes:
+                study = versions_study(made, chosen, cases, runner.run_in_release, partial(time_in_releases, processes))
     call = text_of_call("versions", engine, releases=releases, costs=costs or None)
     return Findings(VERSIONS_REPORT, {engine: study}, call)

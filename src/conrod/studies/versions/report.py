@@ -86,9 +86,13 @@ def costs_table(study: VersionStudy) -> Table:
 
 
 def _cost_cell(cost: ReleaseCost) -> Cell:
-    if cost.slower or cost.faster:
-        return ColouredCell("slower" if cost.slower else "faster", "odd" if cost.slower else "good")
-    return "within the spread"
+    match cost.word:
+        case "slower":
+            return ColouredCell("slower", "odd")
+        case "faster":
+            return ColouredCell("faster", "good")
+        case word:
+            return word
 
 
 def costs_words(study: VersionStudy) -> str:
@@ -96,7 +100,8 @@ def costs_words(study: VersionStudy) -> str:
     timed = [one for one in study.costs if one.timing is not None]
     if not timed:
         return ""
-    counts = f"{sum(one.slower for one in timed)} slower, {sum(one.faster for one in timed)} faster"
+    slower, faster = (sum(one.word == word for one in timed) for word in ("slower", "faster"))
+    counts = f"{slower} slower, {faster} faster"
     return f"Of {len(timed)} timed runs {counts} than with {study.reference}; all others are within the spread."
 
 

@@ -89,14 +89,9 @@ class ReleaseCost:
     reason: str = ""
 
     @property
-    def slower(self) -> bool:
-        """True if the whole interval is above 1, and above the scatter of the reference."""
-        return self.timing is not None and self.noise is not None and self.timing.low > max(1.0, self.noise.high)
-
-    @property
-    def faster(self) -> bool:
-        """True if the whole interval is below 1, and below the scatter of the reference."""
-        return self.timing is not None and self.noise is not None and self.timing.high < min(1.0, self.noise.low)
+    def word(self) -> str:
+        """`slower` or `faster` where the interval is beyond 1 and beyond the scatter of the reference."""
+        return "" if self.timing is None or self.noise is None else self.timing.against_noise(self.noise)
 
 
 @dataclass(frozen=True)
