@@ -43,7 +43,7 @@ MESHES = """<mujoco><compiler meshdir="parts"/>
 def cheap_runs() -> Iterator[None]:
     """Motion is judged with few runs and settings, which are timed coarsely."""
     with pytest.MonkeyPatch.context() as patch:
-        cheaper = {"COARSER": (2,), "FINER": (1,), "SEARCHED": LABELS, "MAX_SAMPLES": 100, "CHECKED_INSTANTS": 25}
+        cheaper = {"COARSER": (2,), "FINER": (), "SEARCHED": LABELS, "MAX_SAMPLES": 100, "CHECKED_INSTANTS": 25}
         for name, cheap in cheaper.items():
             patch.setattr(f"conrod.models.loops.study.{name}", cheap)
         patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)

@@ -28,6 +28,7 @@ from conrod.mjcf.driving import (
     set_exact_state,
     widest_opening_words,
 )
+from conrod.mjcf.equalities import closure_name, row_equalities, violation_reader
 from conrod.mjcf.force_watch import ForceWatch, geom_name
 from conrod.mjcf.loading import FoundPoint, name_or_number
 from conrod.mjcf.loop_results import LOOP_UNITS, OWN, LoopRun, ShippedRun
@@ -238,7 +239,8 @@ def shipped_run(
     """Run the file as it is, with the controls of its start."""
     steps, aside = max(2, round(seconds / float(model.opt.timestep))), mujoco.MjData(model)
     driven = bool(np.any(data.ctrl) or np.any(data.qvel))
-    rates, gaps, watch, places = list[Array](), dict[str, float](), ForceWatch(model), list[Array]()
+    rates, gaps, watch, places = list[Array](), dict[int, float](), ForceWatch(model), list[Array]()
+    read_violations = violation_reader(model, tree.extent)
 
     def record(done: int) -> None:
         rates.append(data.qvel.copy())
@@ -247,8 +249,10 @@ def shipped_run(
             mujoco.mj_setState(model, aside, state_of(model, data), STATE)
             mujoco.mj_fwdPosition(model, aside)
             places.append(aside.xpos.copy())
-            for name, gap in closure_violations(tree, model, aside).items():
-                gaps[name] = max(gap, gaps.get(name, 0.0))
+            equalities = row_equalities(aside)
+            found = read_violations(equalities, aside.efc_pos[: aside.ne]).tolist()
+            for k in dict.fromkeys(equalities.tolist()):
+                gaps[k] = max(found[k], gaps.get(k, 0.0))
 
     with silence_warnings():
         reason = advance(model, data, range(steps), record, watch)
@@ -256,7 +260,7 @@ def shipped_run(
     if reason:
         outcome = Outcome.RESET if reason.startswith(RESET_REASON) else Outcome.DIVERGED
     elif gaps and max(gaps.values()) > MAX_JOINT_GAP * max(travel, tree.extent):
-        outcome, reason = Outcome.OPENED, widest_opening_words(gaps)
+        outcome, reason = Outcome.OPENED, widest_opening_words({closure_name(model, k): gap for k, gap in gaps.items()})
     chatter = None if reason else _chatter(tree, model, np.array(rates))
     paths = np.linalg.norm(np.diff(places, axis=0), axis=2).sum(axis=0) if len(places) > 1 else np.zeros(1)
     return ShippedRun(

@@ -25,12 +25,14 @@ from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.equalities import closure_name, constraint_violations, row_equalities, violation_reader
 from conrod.mjcf.force_watch import ForceWatch
 from conrod.mjcf.loading import FoundPoint, name_or_number
+from conrod.mjcf.point_tracks import point_motions, point_noter
 
 # Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
 # drive changes the joint's acceleration by one part in so many.
 FLYWHEEL_RATIO = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 STEPS_TOGETHER = 256  # whose forces are computed at once: a law costs as much at one time as at a hundred
+SAMPLES_TOGETHER = 128  # whose closures' forces are solved for at once
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 RESET_REASON = "MuJoCo reset its state"
 
@@ -151,25 +153,36 @@ def driven_run(
     model.opt.disableflags |= compat.disable_bit("AUTORESET")
     drives, data, plain = Drives(machine, model), mujoco.MjData(model), mujoco.MjData(original)
     set_exact_state(data, motion)
-    joined = dict[str, NDArray[np.intp]]()
     write = drives.writer(float(model.opt.timestep) * np.arange((len(motion.times) - 1) * every + 1.0))
-    rows_of = _cached_closure_rows(model)
+    rows_of, waiting, found = _cached_closure_rows(model), list[tuple[Array, Array]](), list[tuple[Array, Array]]()
+    rows = dict[str, NDArray[np.intp]]()
 
-    def forces(aside: mujoco.MjData) -> tuple[Array, Array]:
-        by_row, torques = carried_forces(machine, original, plain, aside)
-        rows = {name: own for name, own in rows_of(aside).items() if len(own) >= 3}
-        joined.clear()
-        joined.update(rows)
-        return torques, np.array([by_row[own[:3]] for own in rows.values()])
+    def solve_waiting() -> None:
+        if waiting:
+            closing, needed = (np.array(column) for column in zip(*waiting, strict=True))
+            waiting.clear()
+            carried, torques = carried_forces(machine, closing, needed)
+            places = np.reshape([own[:3] for own in rows.values() if len(own) >= 3], (-1, 3)).astype(int)
+            found.append((torques, carried[:, places]))
+
+    def note_forces(aside: mujoco.MjData) -> tuple[()]:
+        nonlocal rows
+        if (acting := rows_of(aside)) is not rows or len(waiting) == SAMPLES_TOGETHER:
+            solve_waiting()
+            rows = acting
+        waiting.append(needed_forces(original, plain, aside))
+        return ()
 
     with drives.pushing_flywheels():
-        run, seen = record_run(
+        run, _ = record_run(
             machine.tree, model, data, points, motion.times, every, lambda done: write(data, done),
-            forces if carried else lambda _: (), touching,
+            note_forces if carried else lambda _: (), touching,
         )  # fmt: skip
     if not carried:
         return run
-    torques, reactions = seen
+    solve_waiting()
+    torques, reactions = (np.concatenate(column) for column in zip(*found, strict=True))
+    joined = [name for name, own in rows.items() if len(own) >= 3]
     return replace(
         run,
         drives={joint.name: torques[:, k] for k, joint in enumerate(machine.driven)},
@@ -187,6 +200,7 @@ def record_run(
     It ends where MuJoCo warns of numbers that are none. `touching` are geoms whose contact is a part of the machine.
     """
     aside, rows, reason, watch = mujoco.MjData(model), list[tuple[Array, ...]](), "", ForceWatch(model, touching)
+    note_points = point_noter(model, points)
     with silence_warnings():
         for k in range(len(times)):
             if k:
@@ -195,16 +209,14 @@ def record_run(
                 break
             forward_copy(model, data, aside)
             watch.sample(aside)
-            motion = np.empty((len(points), 3, 3))
-            for one, point in zip(motion, points, strict=True):
-                one[0], one[1], one[2] = point.motion(model, aside)
             state = aside.qpos.copy(), aside.qvel.copy(), aside.qacc.copy()
-            rows.append((*state, motion, aside.efc_pos[: aside.ne].copy(), *more(aside)))
+            rows.append((*state, note_points(aside), aside.efc_pos[: aside.ne].copy(), *more(aside)))
     equalities = row_equalities(aside)
     acting = list(dict.fromkeys(equalities.tolist()))
-    if not reason and not np.all(np.isfinite(rows[-1][3])):
+    coordinates, rates, accelerations, noted, gaps, *seen = (np.array(column) for column in zip(*rows, strict=True))
+    moved = point_motions(model, noted)
+    if not reason and not np.all(np.isfinite(moved[-1])):
         reason = f"not finite at {float(data.time):.4g} s"
-    coordinates, rates, accelerations, moved, gaps, *seen = (np.array(column) for column in zip(*rows, strict=True))
     opened = violation_reader(model, tree.extent)(equalities, gaps)[:, acting]
     outcome = Outcome.RESET if reason.startswith(RESET_REASON) else Outcome.DIVERGED
     return LoopRecording(
@@ -233,9 +245,11 @@ def advance(
     model: mujoco.MjModel, data: mujoco.MjData, steps: range, act: Callable[[int], None], watch: ForceWatch
 ) -> str:
     """Make some steps, watch forces and act after each; return why the run breaks off, or an empty text."""
+    counts, coordinates, rates = data.warning.number, data.qpos, data.qvel
     for k in steps:
         mujoco.mj_step(model, data)
-        if reason := break_off_reason(model, data):
+        sound = not any(counts.tolist()) and isfinite(sum(coordinates.tolist()) + sum(rates.tolist()))
+        if not sound and (reason := break_off_reason(model, data)):
             return f"{reason} at {(k + 1) * float(model.opt.timestep):.4g} s"
         watch.step(data)
         act(k + 1)
@@ -285,13 +299,10 @@ def widest_opening_words(gaps: Mapping[str, float]) -> str:
     return f"{worst} opens by {1e3 * gaps[worst]:.3g} mm"
 
 
-def carried_forces(
-    machine: DrivenTree, original: mujoco.MjModel, plain: mujoco.MjData, data: mujoco.MjData
-) -> tuple[Array, Array]:
-    """Forces of the closures (ne,) and of the drives, computed from the accelerations of the run.
+def needed_forces(original: mujoco.MjModel, plain: mujoco.MjData, data: mujoco.MjData) -> tuple[Array, Array]:
+    """Return the closures' Jacobian (ne, nv), and the joint forces (nv,) that they and the drives make.
 
-    All joints keep M a + bias = passive + actuator + J' f + drive (MuJoCo documentation, Computation); those that are
-    not driven give f, of which hardened closures have lost digits in MuJoCo's own forces.
+    All joints keep M a + bias = passive + actuator + J' f + drive (MuJoCo documentation, Computation).
 
     Args:
         original: the model without flywheels, and `plain` its data.
@@ -301,12 +312,38 @@ def carried_forces(
     needed = np.empty(original.nv)
     mujoco.mj_mulM(original, plain, needed, np.array(data.qacc))
     needed += data.qfrc_bias - data.qfrc_passive - data.qfrc_actuator
-    jacobian = constraint_jacobian(original, data)
-    needed -= jacobian[data.ne :].T @ data.efc_force[data.ne :]
-    closing = jacobian[: data.ne]
-    carried = np.linalg.lstsq(closing[:, machine.free].T, needed[machine.free], rcond=RANK_TOLERANCE)[0]
-    needed -= closing.T @ carried
-    return carried, np.array([needed[joint.rate] for joint in machine.driven])
+    jacobian, equalities = constraint_jacobian(original, data), data.ne
+    if data.nefc > equalities:
+        needed -= jacobian[equalities:].T @ data.efc_force[equalities:]
+    return jacobian[:equalities], needed
+
+
+def carried_forces(machine: DrivenTree, closing: Array, needed: Array) -> tuple[Array, Array]:
+    """Forces of the closures (T, ne) and of the drives (T, n), from `needed_forces` at T samples.
+
+    Those joints that are not driven give the closures' forces, of which hardened closures have lost digits in MuJoCo's
+    own forces.
+    """
+    transposed = np.swapaxes(closing[:, :, machine.free], 1, 2)
+    carried = _shortest_solutions(transposed, needed[:, machine.free])
+    needed = needed - (np.swapaxes(closing, 1, 2) @ carried[:, :, None])[:, :, 0]
+    return carried, needed[:, [joint.rate for joint in machine.driven]]
+
+
+def _shortest_solutions(matrices: Array, right: Array) -> Array:
+    """Shortest x (T, n) with the least |A x - b|, of matrices A (T, m, n) and b (T, m); small singular values are 0."""
+    samples, height, width = matrices.shape
+    if height == width:
+        # In the 1-norm |A| |1/A| is at least 1 / n of the ratio of the singular values: below the limit none is 0.
+        try:
+            inverse = np.linalg.inv(matrices)
+            sizes = np.abs(matrices).sum(axis=1).max(axis=1) * np.abs(inverse).sum(axis=1).max(axis=1)
+            if np.all(sizes * width * RANK_TOLERANCE < 1.0):
+                return np.asarray(np.linalg.solve(matrices, right[:, :, None])[:, :, 0])
+        except np.linalg.LinAlgError:
+            pass
+    solved = [np.linalg.lstsq(one, b, rcond=RANK_TOLERANCE)[0] for one, b in zip(matrices, right, strict=True)]
+    return np.reshape(solved, (samples, width))
 
 
 def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:

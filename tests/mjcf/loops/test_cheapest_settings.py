@@ -277,7 +277,7 @@ def found_study(folder: Path, share: float = 0.0) -> LoopStudy:
     file.write_text(four_bar(closure='solref="0.01 1"'))
     tolerance = {} if share else {"position": 1e-7}
     with pytest.MonkeyPatch.context() as patch:
-        for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
+        for name, cheap in {"COARSER": (4,), "FINER": (), "CHECKED_INSTANTS": 9}.items():
             patch.setattr(study, name, cheap)
         patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
         question = LoopRequest({"crank": "60rpm"}, seconds=0.25, tolerance=tolerance, searched_share=share)
@@ -313,12 +313,12 @@ def test_pasted_lines_measured_again_give_the_same_errors(found: LoopStudy, tmp_
     text = four_bar(closure='solref="0.01 1"')
     model = pasted(text, found.paste, found.search.after_compiling)
     bench = study._LoopBench.from_request(model, found.question)
-    again = bench._run_model("pasted", model, found.travel)
+    again = bench._record_model("pasted", model, found.travel)[0]
     assert again.errors == found.cheapest.errors
     # Control: as the file is it is another motion.
     own = mujoco.MjModel.from_xml_string(text)
     own.opt.timestep = found.cheapest.timestep
-    assert bench._run_model("own", own, found.travel).errors != found.cheapest.errors
+    assert bench._record_model("own", own, found.travel)[0].errors != found.cheapest.errors
     titles = [title for title, _ in lines_to_paste(found)]
     assert titles[0].endswith("to paste before </mujoco>")
     assert titles[-1] == "or all of it in Python"

@@ -138,7 +138,7 @@ def test_contacts_and_limits_are_named_and_suspend_force_checks(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
-    monkeypatch.setattr("conrod.models.loops.study.FINER", (1,))
+    monkeypatch.setattr("conrod.models.loops.study.FINER", ())
     monkeypatch.setattr("conrod.models.loops.study.COARSER", (2,))
     wall = '<geom name="wall" size="1" pos="0.3 -0.2 0.5"/></worldbody>'
     ball = '<geom name="ball" size="0.03" pos="0.3 0 0" mass="0"/><site name="C"'

@@ -39,7 +39,7 @@ def judged_points(text: str, drives: dict[str, str]) -> set[str]:
 def leg(*points: str) -> LoopStudy:
     """The leg with its steps refined and coarsened once; whoever edits it takes a copy."""
     with pytest.MonkeyPatch.context() as patch:
-        for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
+        for name, cheap in {"COARSER": (4,), "FINER": (), "CHECKED_INSTANTS": 9}.items():
             patch.setattr(study, name, cheap)
         patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
         return study.study_loops(LEG, LoopRequest(LEG_DRIVES, points=points, tolerance={"position": ALLOWED}), "leg")

@@ -21,7 +21,7 @@ LAW = {"crank": "60rpm"}
 @pytest.fixture(autouse=True)
 def few_short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
-    monkeypatch.setattr("conrod.models.loops.study.FINER", (1,))
+    monkeypatch.setattr("conrod.models.loops.study.FINER", ())
     monkeypatch.setattr("conrod.models.loops.study.COARSER", (2,))
     # Four take four times as long.
     monkeypatch.setattr("conrod.execution.baseline.SPEED_FACTORS", SPEED_FACTORS[:1])

@@ -148,7 +148,7 @@ RESET, SWINGS = "it ended as reset: MuJoCo reset its state (BADQACC)", "turns ba
 
 def shipped(actuator: str, control: float, folder: Path, monkeypatch: pytest.MonkeyPatch) -> LoopStudy:
     """Study of the palletiser's arm with an actuator, in few runs."""
-    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (), "CHECKED_INSTANTS": 9}.items():
         monkeypatch.setattr(study, name, cheap)
     file = folder / "arm.xml"
     file.write_text(written(PARALLELOGRAM.format(0.3), LEVELS, actuator), encoding="utf-8")

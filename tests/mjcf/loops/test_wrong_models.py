@@ -41,7 +41,7 @@ def check_file(*arguments: object) -> tuple[int, str]:
 @pytest.fixture
 def few_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Studies of closed loops make no more runs than their verdict needs."""
-    for name, cheap in {"COARSER": (2,), "FINER": (1,), "CHECKED_INSTANTS": 25}.items():
+    for name, cheap in {"COARSER": (2,), "FINER": (), "CHECKED_INSTANTS": 25}.items():
         monkeypatch.setattr(study_module, name, cheap)
     monkeypatch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.comparison.convergence import claimed_order
+from conrod.comparison.convergence import ObservedOrder, observed_order
 from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forces
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
@@ -55,9 +55,9 @@ from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, track_motion
 from conrod.report.drawing.moving_links import MovingLinks
 from conrod.scenes.space import MACHINES
 
-# Steps of the model's own that runs are refined and coarsened to, and samples that a run keeps.
-FINER, COARSER, MAX_SAMPLES = (1, 2, 4), (2, 4), 500
-KEPT_MOTIONS = len(FINER) + len(COARSER)
+# Divisors of the model's number of steps; factors on it, where longer steps show no order. Samples that a run keeps.
+FINER, COARSER, MAX_SAMPLES = (2, 4), (2, 4), 500
+KEPT_MOTIONS = 1 + len(FINER) + len(COARSER)
 CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
 # Of runs that search for settings: steps at most, and the finest step, as a power of two of the model's own.
 MAX_SEARCHED_STEPS, FINEST = 50_000, -6
@@ -232,11 +232,12 @@ class _LoopBench:
         at_own, others, recorded = list[LoopRun](), list[LoopRun](), dict[str, Array]()
         costs = self._costs()
         for label in LABELS:
-            made = {n: self._run(label, n, travel, recorded) for n in (*(1.0 / c for c in COARSER), *map(float, FINER))}
-            by_step = sorted((round(COARSER[-1] * n), run.errors.get("position")) for n, run in made.items())
-            order = claimed_order(by_step)
+            made = {n: self._run(label, n, travel, recorded) for n in (*(1.0 / c for c in COARSER), 1.0)}
+            if (found := _order_of(made)).claimed is None and found.plateau is None:
+                made |= {float(n): self._run(label, float(n), travel, recorded) for n in FINER}
+                found = _order_of(made)
             priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
-            at_own.append(replace(priced[1.0], order=order))
+            at_own.append(replace(priced[1.0], order=found.claimed))
             others += [run for n, run in priced.items() if n != 1.0]
         step, count = float(self.model.opt.timestep), int(self.seconds / float(self.model.opt.timestep) + 1e-9)
         exact = self._motion_at(step, count, max(1, count // MAX_SAMPLES)) if recorded else None
@@ -258,10 +259,6 @@ class _LoopBench:
             recorded[label] = coordinates
         return run
 
-    def _run_model(self, label: str, model: mujoco.MjModel, travel: float) -> LoopRun:
-        """Run a model with the settings of a label, compared with the exact motion."""
-        return self._record_model(label, model, travel)[0]
-
     def _record_model(self, label: str, model: mujoco.MjModel, travel: float) -> tuple[LoopRun, Array]:
         """Run a model with the settings of a label, compared with the exact motion; return its coordinates (nq, K)."""
         step = float(model.opt.timestep)
@@ -281,10 +278,11 @@ class _LoopBench:
         """Function that returns the exact motion at each `every`-th of `count` steps [s]."""
 
         @lru_cache(KEPT_MOTIONS)
-        def motion_at(step: float, count: int, every: int) -> SpatialMotion:
-            return self.machine.motion(np.asarray(step * np.arange(0, count + 1, every), dtype=float))
+        def motion_at(times: bytes) -> SpatialMotion:
+            return self.machine.motion(np.frombuffer(times).copy())
 
-        return motion_at
+        # Half of the steps with every second sample have the same times, to the last bit.
+        return lambda step, count, every: motion_at((step * np.arange(0.0, count + 1.0, every)).tobytes())
 
     @cached_property
     def _forces_along(self) -> Callable[[SpatialMotion], SpatialForces]:
@@ -345,7 +343,7 @@ class _LoopBench:
 
         def run_at(name: str, step: float) -> tuple[LoopRun, ShippedRun]:
             model = apply_recipe(self.model, edits(name, step))
-            return self._run_model(name, model, travel), self._run_shipped(model, travel)
+            return self._record_model(name, model, travel)[0], self._run_shipped(model, travel)
 
         def timing_of(name: str) -> PairedTiming:
             return self._time(apply_recipe(self.model, edits(name, own_step)))
@@ -387,6 +385,12 @@ class _LoopBench:
         near = MAX_JOINT_GAP * travel
         compared = compare_with_laws(self.machine, self.model, data, names, self.seconds, allowed, near)
         return replace(shipped, laws=compared)
+
+
+def _order_of(runs: Mapping[float, LoopRun]) -> ObservedOrder:
+    """Observed order of completed runs, by their number of steps over the model's own."""
+    errors = {round(COARSER[-1] * n): run.errors["position"] for n, run in sorted(runs.items()) if run.errors}
+    return observed_order(list(errors), list(errors.values()))
 
 
 def _motion_scales(points: Sequence[PointMotion]) -> dict[str, float]:
