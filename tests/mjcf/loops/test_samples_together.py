@@ -1,4 +1,4 @@
-"""What is computed of a run's samples at once is what MuJoCo and numpy compute of each, and longer steps show orders."""
+"""What is computed of all samples of a run is what MuJoCo and numpy compute of each; longer steps show orders."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from four_bars import four_bar
 
 from conrod.comparison.trajectory import Outcome
 from conrod.exact.space.assembly import RANK_TOLERANCE
@@ -22,7 +21,8 @@ MIXED = """
 <mujoco><option gravity="1 -2 -9.81"/><worldbody>
   <body name="base" pos="1 2 3"><geom size=".1" pos=".3 0 0"/><site name="still"/>
     <body name="arm" pos="0 .2 0"><joint axis="1 2 0"/><geom name="ball" size=".1" pos=".5 .1 0"/>
-      <body name="hand" pos=".4 0 .3"><joint type="ball"/><geom size=".1" pos="0 .2 .1"/><site name="tip" pos=".1 .2 .3"/>
+      <body name="hand" pos=".4 0 .3"><joint type="ball"/><geom size=".1" pos="0 .2 .1"/>
+        <site name="tip" pos=".1 .2 .3"/>
   </body></body></body>
 </worldbody></mujoco>"""
 
