@@ -182,7 +182,7 @@ def _judged(models: Path, name: str) -> LoopStudy | str:
             found = check_model_loops(file, LoopRequest(robot.drives, robot.keyframe), name)
     except InvalidInput as error:
         return str(error)
-    print(f"{name}: {found.own.outcome.slug}, mobility {found.mobility.remaining_dof}", flush=True)
+    print(f"{name}: {found.driven_run.outcome.slug}, mobility {found.mobility.remaining_dof}", flush=True)
     return replace(found, file=robot.path)
 
 
@@ -227,7 +227,7 @@ def _rows(studies: Mapping[str, LoopStudy]) -> Table:
         costs = ", ".join(
             measured_text(run.cost) if run.outcome is Outcome.COMPLETED else "-" for run in study.runs[1:]
         )
-        step = quantity(1e3 * study.own.timestep)
+        step = quantity(1e3 * study.driven_run.timestep)
         left, redundant = str(study.mobility.remaining_dof), str(sum(study.mobility.redundant.values()))
         rows.append((f"[{name}]({name}{LOOPS_REPORT.suffix}.md)", left, redundant, step, *gaps, costs, shipped))
     return table(HEADER, rows, HEADER[1:-1], "loops open [mm]; cost of tuned, hardened")

@@ -173,7 +173,7 @@ def test_limits_follow_from_tolerances_the_drive_and_the_clock() -> None:
     assert replace(STUDY, tolerance={"position": 1e-4}).own_limits == {"position": 1e-4, "closure": 1e-4}
     bare = replace(STUDY, runs={}, tolerance={"position": 1e-4})
     assert bare.limits == {"position": 1e-4, "closure": 1e-4}
-    assert bare.own is None
+    assert bare.driven_run is None
     assert replace(bare, tolerance=None).limits == {}
 
 

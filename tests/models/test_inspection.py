@@ -203,7 +203,7 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
     # Control: where its own do not hold, the lines of those that do are there to paste.
     motion = closed.motion
     assert motion is not None
-    off = replace(motion.own, errors={**motion.own.errors, "position": 3e-4})
+    off = replace(motion.driven_run, errors={**motion.driven_run.errors, "position": 3e-4})
     titles = [title for title, _ in settings_to_paste(replace(closed, motion=replace(motion, runs=(off,))))]
     assert titles[0] == "the cheapest settings within tolerance, to paste before </mujoco>"
     # The limit of lint's error is another one, and both say of what theirs is.

@@ -18,11 +18,12 @@ from conrod import MuJoCoSettings, compare, run
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.mjcf.driving import LoopRecording, forward_copy
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.models.check import report as words
 from conrod.models.check import study as study_module
 from conrod.models.check.frame import Frame, PlaneView
-from conrod.models.check.results import OWN, ModelStudy
-from conrod.models.check.study import SceneBench
+from conrod.models.check.results import ModelStudy
+from conrod.models.check.study import ModelBench
 from conrod.models.check.turning import prepare_turning
 from conrod.scenes import SCENES
 
@@ -35,7 +36,7 @@ QUANTITIES = ("position", "velocity", "acceleration")
 @pytest.fixture
 def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their runs would take most of the time, and nothing is asked of them."""
-    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN_SETTINGS,))
 
 
 def test_looking_at_a_run_changes_no_bit_of_it() -> None:
@@ -63,7 +64,7 @@ def test_own_file_is_as_accurate_as_its_preset(tmp_path: Path) -> None:
             found = study.runs[label].worst(quantity)
             assert found == pytest.approx(errors.worst(quantity), rel=0.05)
     for quantity in QUANTITIES:
-        assert study.runs[OWN].worst(quantity) == study.runs["tuned"].worst(quantity)
+        assert study.runs[OWN_SETTINGS].worst(quantity) == study.runs["tuned"].worst(quantity)
 
 
 def test_stock_model_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
@@ -76,9 +77,11 @@ def test_stock_model_is_the_machine_and_is_inaccurate(tmp_path: Path) -> None:
     assert study.is_machine
     assert not study.has_start
     assert study.passed
-    own = study.own
+    own = study.driven_run
     assert own.steps_per_revolution == pytest.approx(750.0)
-    own_error, tuned, hardened = (study.runs[label].worst("position") or 0.0 for label in (OWN, "tuned", "hardened"))
+    own_error, tuned, hardened = (
+        study.runs[label].worst("position") or 0.0 for label in (OWN_SETTINGS, "tuned", "hardened")
+    )
     assert own_error > 1e-4
     assert 1e-5 > tuned > 1e-8 > hardened > 0.0
     # What was asked for is judged on these settings.
@@ -124,7 +127,7 @@ def on_the_other_branch(run: LoopRecording) -> LoopRecording:
 ], ids=["as-it-is", "exploded", "opened", "flipped", "diverged"])  # fmt: skip
 def test_how_a_run_ended_is_told_by_the_closed_list(tmp_path: Path, spoil: object, outcome: Outcome) -> None:
     study = judge_text(tmp_path, "saw", SAW, points=("C",), spoil=spoil)
-    own = study.own
+    own = study.driven_run
     assert own.outcome is outcome
     assert (own.errors is None) == (outcome is not Outcome.COMPLETED)
     assert study.passed == (outcome is Outcome.COMPLETED)
@@ -146,7 +149,7 @@ def mirrored_at(sample: int, first: float) -> Callable[[LoopRecording], LoopReco
 @pytest.mark.parametrize(("first", "starts"), [(0.0, ""), (0.005, ""), (0.1, "it starts so, and is ")])
 def test_flipped_run_is_told_with_its_angle_and_its_start(first: float, starts: str, tmp_path: Path) -> None:
     # 1000 steps of a turn: sample 123 is at 44.28 deg. The joints may open by 0.05 of 0.211 m.
-    own = judge_text(tmp_path, "saw", SAW, points=("C",), spoil=mirrored_at(123, first)).own
+    own = judge_text(tmp_path, "saw", SAW, points=("C",), spoil=mirrored_at(123, first)).driven_run
     assert own.outcome is Outcome.FLIPPED
     assert own.reason.startswith(f"on another branch with crank at 44.28 deg, {starts}up to ")
 
@@ -162,7 +165,7 @@ def test_run_has_exploded_when_far_from_where_it_starts(
         point[0, -1] = point[0, 0] + [way * sizes * SCENE.kinematics.size, 0.0, 0.0]
         return replace(run, points={"M": point})
 
-    own = judge_text(tmp_path, "saw", SAW, points=("M",), spoil=thrown).own
+    own = judge_text(tmp_path, "saw", SAW, points=("M",), spoil=thrown).driven_run
     assert (own.outcome is Outcome.EXPLODED) is exploded
     assert own.reason.startswith("beyond 10 sizes of the mechanism from 1.5 s on") is exploded
 
@@ -181,7 +184,7 @@ def test_driven_run_has_a_contacts_settings_when_one_is_asked(
 
     monkeypatch.setattr("conrod.models.check.study.driven_run", record)
     frame = Frame(PlaneView("xy", (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 1), 1, 0.0, 0.0, 1.0, (0.0, 0.0, 0.0), (0.0, 0.0))
-    bench = SceneBench(turning, asked, scene, scene.speed, frame, POINTS[kind], 1.0)
+    bench = ModelBench(turning, asked, scene, scene.speed, frame, POINTS[kind], 1.0)
     with pytest.raises(InvalidInput, match="recorded"):
         bench.run_driven("tuned")
     integrator = mujoco.mjtIntegrator.mjINT_EULER if contact else mujoco.mjtIntegrator.mjINT_RK4
@@ -197,7 +200,7 @@ def test_model_is_refined_as_far_as_samples_can_be_kept(
     monkeypatch.setattr("conrod.models.check.study.MAX_KEPT_SAMPLES", kept)
     coarse = replace_settings(SAW, '<option timestep="0.015" integrator="RK4"/>')
     study = judge_text(tmp_path, "saw", coarse, points=("C",), refine=True)
-    assert [point.steps_per_revolution for point in study.refined[OWN]] == steps
+    assert [point.steps_per_revolution for point in study.refined[OWN_SETTINGS]] == steps
 
 
 @pytest.mark.usefixtures("no_presets")
@@ -244,7 +247,7 @@ def test_verdict_starts_with_servo_faults_that_the_drive_hides(
 ) -> None:
     study = servo_at(tmp_path, speed, kv)
     verdict = words.verdict(study)
-    assert study.own.outcome is Outcome.COMPLETED
+    assert study.driven_run.outcome is Outcome.COMPLETED
     assert not study.passed
     assert verdict.startswith("Run as the file has it, ")
     assert said in verdict
@@ -287,7 +290,7 @@ def test_standing_model_is_judged_where_its_start_is_open(
 @pytest.mark.slow
 def test_the_cam_by_contact_is_driven_too(tmp_path: Path) -> None:
     study = judge_text(tmp_path, "cam", TEXTS["cam"])
-    assert 0.0 < (study.own.worst("position") or 0.0) < 3e-6
+    assert 0.0 < (study.driven_run.worst("position") or 0.0) < 3e-6
     assert study.passed
 
 

@@ -16,8 +16,9 @@ from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import Array
 from conrod.mjcf.crank_speed import CrankSpeed
 from conrod.mjcf.driving import LoopRecording
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.models.check import report as words
-from conrod.models.check.results import CLOSURE, OWN, ModelStudy
+from conrod.models.check.results import CLOSURE, ModelStudy
 from conrod.scenes import SCENES
 
 SAW, SCENE, CASES = TEXTS["saw"], SCENES["saw-40rpm"], Path(__file__).parents[1] / "data" / "cases"
@@ -31,7 +32,7 @@ pytestmark = pytest.mark.usefixtures("no_presets")
 @pytest.fixture
 def no_presets(monkeypatch: pytest.MonkeyPatch) -> None:
     """Their runs would take most of the time, and nothing is asked of them."""
-    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN_SETTINGS,))
 
 
 def with_keyframe(pose: Array | None = None, rates: Array | None = None, digits: int = 17) -> str:
@@ -191,7 +192,7 @@ def test_the_position_bounds_how_far_loops_open(tmp_path: Path) -> None:
     study = judged_saw(tmp_path, SAW, ALLOWED)
     for spoilt in (
         replace(study, own_run=replace(study.own_run, opening=2e-4)),
-        replace(study, runs={OWN: replace(study.own, opening=2e-4)}),
+        replace(study, runs={OWN_SETTINGS: replace(study.driven_run, opening=2e-4)}),
     ):
         assert spoilt.exceeded_limits() == {CLOSURE: (2e-4, 1e-4)}
         assert not spoilt.passed
@@ -209,7 +210,7 @@ def test_a_run_whose_loops_stay_open_is_opened(first: float, last: float, outcom
         return replace(run, violations={"slider-pin": gaps})
 
     study = judge_text(tmp_path, "saw", SAW, tolerance=ALLOWED, spoil=with_gaps)
-    assert study.own.outcome is outcome
+    assert study.driven_run.outcome is outcome
     assert not study.passed  # a run that snaps shut was open all the same
 
 
@@ -222,13 +223,13 @@ def test_a_weld_that_the_crank_does_not_move_is_not_judged(tmp_path: Path) -> No
     foot = replace_once(replace_once(unstarted, "</worldbody>", FOOT), "</equality>", SOFT_WELD)
     study = judged_saw(tmp_path, foot, ALLOWED)
     assert study.passed
-    assert study.own.opening < 1e-5
+    assert study.driven_run.opening < 1e-5
     # Negative control: the same softness in the loop counts.
     soft = re.sub(
         r'(<connect name="slider-pin"[^>]*?)solref="[^"]*"( solimp="[^"]*")?', r'\1solref="0.012 1"', unstarted
     )
     assert soft != unstarted
-    assert judged_saw(tmp_path, soft, ALLOWED).own.opening > 1e-4
+    assert judged_saw(tmp_path, soft, ALLOWED).driven_run.opening > 1e-4
 
 
 # -- limits, contacts and points ---------------------------------------------------------------------------------------

@@ -24,8 +24,8 @@ from conrod.exact.motion import QUANTITIES
 from conrod.execution.case import MIN_PASS_STEPS, contradictions
 from conrod.execution.prediction import Prediction, reference_misfit
 from conrod.execution.result import Plan, misfit_words
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.models.check import report as user_model
-from conrod.models.check.results import OWN
 from conrod.models.tables.report import verdict_text
 from conrod.report.results import summary_words, verdict_words
 from conrod.scenes import SCENES, catalogue_scene, scene_named
@@ -240,7 +240,7 @@ def test_a_table_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeyp
 
 
 def test_a_model_beside_a_wrong_reference_is_not_trusted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN,))
+    monkeypatch.setattr("conrod.models.check.study.LABELS", (OWN_SETTINGS,))
     right = own_model_edits.judge_text(tmp_path, "saw", own_model_edits.TEXTS["saw"])
     assert (right.passed, right.distrust) == (True, "")
     planted = {"position": {"difference": 1e-6, "allowed": 1e-12, "angle": 0.0}}

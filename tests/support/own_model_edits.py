@@ -17,7 +17,7 @@ from conrod.models.check.frame import GivenFrame
 from conrod.models.check.identity import Identity, identify
 from conrod.models.check.results import ModelStudy
 from conrod.models.check.scanning import scan
-from conrod.models.check.study import SceneBench
+from conrod.models.check.study import ModelBench
 from conrod.models.check.turning import Turning, prepare_turning
 from conrod.scenes import SCENES
 
@@ -108,8 +108,8 @@ def judge_text(
     """Study a model against its machine, in this process; `spoil` changes each run before it is judged."""
     put = question(kind, **asked)
     path, turning, found = scan_text(folder, text, put)
-    judge, known = SceneBench.judge, {"prepare_turning": lambda *_: turning, "scan": lambda *_: found}
-    spoiled = patch.object(SceneBench, "judge", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
+    judge, known = ModelBench.judge, {"prepare_turning": lambda *_: turning, "scan": lambda *_: found}
+    spoiled = patch.object(ModelBench, "judge", lambda bench, label, run, step: judge(bench, label, spoil(run), step))
     with patch.multiple(scene_study, **known), spoiled:
         return scene_study.study_scene_model(
             path, (FILES[kind], SCENES[FILES[kind]]), put, GivenFrame(), turns, tolerance, refine, qualify

@@ -116,6 +116,6 @@ def capabilities_table(engines: Sequence[Engine[Any]]) -> Table:
         ("presets", *(", ".join(one.presets) for one in engines)),
     ]
     for kind, meaning in CAPABILITY_TITLES.items():
-        able = (not isinstance(capability(one, kind), MissingCapability) for one in engines)
-        rows.append((meaning, *("yes" if has else "unsupported" for has in able)))
+        supported = (not isinstance(capability(one, kind), MissingCapability) for one in engines)
+        rows.append((meaning, *("yes" if has else "unsupported" for has in supported)))
     return table(("", *(one.name for one in engines)), rows)

@@ -46,8 +46,8 @@ def describe(engine: Any, name: str) -> PluginDescription:
             check_type(preset, Preset, "a preset")
             presets[check_text(known, "the name of a preset")] = _preset_facts(preset)
         refuse_unless(bool(presets), "no preset")
-        able = tuple(known for known, kind in CAPABILITY_OF_NAME.items() if isinstance(engine, kind))
-    return PluginDescription(name, version, presets, able)
+        capabilities = tuple(known for known, kind in CAPABILITY_OF_NAME.items() if isinstance(engine, kind))
+    return PluginDescription(name, version, presets, capabilities)
 
 
 def _preset_facts(preset: Preset[Any]) -> dict[str, Any]:

@@ -44,12 +44,12 @@ class BaselineCheck:
 
     @classmethod
     def prepare(
-        cls, file: str | Path | None, scenes: Mapping[str, Scene], words: Mapping[str, Any], *, accept: bool
+        cls, file: str | Path | None, scenes: Mapping[str, Scene], options: Mapping[str, Any], *, accept: bool
     ) -> BaselineCheck | None:
         """The baseline of a study; None where no file is named.
 
         Args:
-            words: arguments that the motion depends on, by the names of their options; those not given are empty.
+            options: arguments that the motion depends on, by the names of their options; those not given are empty.
 
         Raises:
             InvalidInput: the file cannot be read or written, or is the baseline of another request.
@@ -59,7 +59,7 @@ class BaselineCheck:
                 raise InvalidInput("--accept: it is for a baseline, name its file with --baseline")
             return None
         file = Path(file)
-        given = {name: value for name, value in words.items() if not (value is None or value in ((), ""))}
+        given = {name: value for name, value in options.items() if not (value is None or value in ((), ""))}
         of = {"scene": list(scenes), **given}
         of |= {f"{name}.{one}": value for name, scene in scenes.items() for one, value in scene.parameters.items()}
         digest = identity_digest(

@@ -260,13 +260,13 @@ class JudgedCase(Case, Generic[Found]):
     def failed_result(self, outcome: Outcome, reason: str) -> Found:
         return replace(self.empty_result(), outcome=outcome.slug, reason=reason).with_verdict()
 
-    def name_fields(self) -> dict[str, Any]:
+    def case_fields(self) -> dict[str, Any]:
         """Fields of the result taken from the case, not from the ledger: equal machines may differ in name."""
         return {"scene": self.name, "parameters": self.scene.parameters}
 
     def requested_result(self, result: Found) -> Found:
         """Return the result under this case's name, judged by the tolerances that the user asked for, if any."""
-        named = replace(result, **self.name_fields())
+        named = replace(result, **self.case_fields())
         if self.tolerance is None:
             return named
         in_units = any(isinstance(limit, UnscaledLimit) for limit in self.tolerance.values())

@@ -14,7 +14,7 @@ from conrod.engines.engine import STOCK
 from conrod.exact.motion import Array
 from conrod.mjcf.link_sketch import sketch_links
 from conrod.mjcf.loading import FoundPoint
-from conrod.mjcf.loop_results import OWN
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.mjcf.picture_planes import PictureView, view_of
 from conrod.report.drawing.moving_links import GEOM, DrawnRun, LinkShape, MovingLinks
 from conrod.report.numbers import round_to_digits
@@ -30,7 +30,7 @@ RUN_DIGITS = 3  # of differences from the exact places
 
 
 # Preset whose line the curve of a run has, by the run's label, where that is no preset.
-LINE_PRESETS = {OWN: STOCK}
+LINE_PRESETS = {OWN_SETTINGS: STOCK}
 
 
 def drawn_end(outcome: Outcome) -> str:

@@ -31,7 +31,7 @@ from conrod.mjcf.driving import (
 from conrod.mjcf.equalities import closure_name, row_equalities, violation_reader
 from conrod.mjcf.force_watch import ForceWatch, geom_name
 from conrod.mjcf.loading import FoundPoint, name_or_number
-from conrod.mjcf.loop_results import LOOP_UNITS, OWN, LoopRun, ShippedRun
+from conrod.mjcf.loop_results import LOOP_UNITS, OWN_SETTINGS, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
 
 # Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
@@ -65,7 +65,7 @@ def with_settings(
     option = made.opt
     set_step(made, step)
     option.disableflags |= compat.disable_bit("AUTORESET")
-    if label != OWN:
+    if label != OWN_SETTINGS:
         settings = preset_settings(label, step, period, idle, contact)
         option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
         option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{settings.solver.upper()}")

@@ -15,8 +15,8 @@ from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison
 from conrod.mjcf.request import Controls, OpenStart
 from conrod.report.drawing.moving_links import MovingLinks
 
-OWN = "as it is"
-LABELS = (OWN, "tuned", "hardened")  # settings that a model is run with
+OWN_SETTINGS = "as it is"  # label of the driven run with the model's own settings
+LABELS = (OWN_SETTINGS, "tuned", "hardened")  # settings that a model is run with
 LOOP_UNITS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 # The tolerance of the position bounds how far the loops open, too: a machine whose loops are open is another one.
 LOOPS = "loops"
@@ -282,8 +282,8 @@ class LoopStudy:
         return self.begins is not None and self.begins.exceeds(self.question.tolerance.get("position"))
 
     @property
-    def own(self) -> LoopRun:
-        """The run with the model's own settings."""
+    def driven_run(self) -> LoopRun:
+        """The run with conrod's drives and the model's own settings."""
         return self.runs[0]
 
     @property
@@ -314,5 +314,5 @@ class LoopStudy:
     @property
     def passed(self) -> bool:
         """True if it is the machine asked for, starts closed, and its shipped and driven runs are in tolerance."""
-        held = self.own.is_within(self.question.tolerance) and not self.begins_open
+        held = self.driven_run.is_within(self.question.tolerance) and not self.begins_open
         return self.is_machine and self.agrees and not self.shipped_failed and held

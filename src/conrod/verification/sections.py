@@ -214,7 +214,7 @@ def _run_criteria(study: Any) -> list[tuple[str, Mapping[str, float], Callable[[
         case ModelStudy():
             paths = {"position": study.kinematic_tolerance}
             proof = ("kinematic mode", paths, lambda _: study.identity.largest, PATHS_REASON)
-            own = study.own
+            own = study.driven_run
             return [
                 proof,
                 *([("its own settings", study.limits, partial(study.judged_error, own), CLOCK_REASON)] if own else []),
@@ -236,7 +236,7 @@ def _kind_sections(study: Any) -> tuple[tuple[Table, ...], VerificationSection, 
             frame, wiring, paths, settings = user_model.findings(study).values()
             return (user_model.runs_table(study),), VerificationSection((), (*frame, *settings)), (*wiring, *paths)
         case LoopStudy():
-            moves, exact = tuple(loops.what_moves(study)), tuple(loops.how_exact(study))
+            moves, exact = tuple(loops.mobility_facts(study)), tuple(loops.exactness_facts(study))
             return (loops.runs_table(study),), VerificationSection((), moves), exact
         case TableStudy():
             lines = (trajectory.summary_line(study), *trajectory.findings(study))

@@ -153,7 +153,7 @@ def validation_section(
 def _numerical_error(study: Any) -> float:
     """Return the largest position error of the judged runs, over L."""
     if isinstance(study, ModelStudy):
-        return 0.0 if study.own is None else study.own.worst("position") or 0.0
+        return 0.0 if study.driven_run is None else study.driven_run.worst("position") or 0.0
     return max((r.largest("position") or 0.0 for r in getattr(study, "results", ()) if r.limits), default=0.0)
 
 

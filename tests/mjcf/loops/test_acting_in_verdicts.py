@@ -12,13 +12,13 @@ import pytest
 from four_bars import four_bar
 from own_model_edits import TEXTS, judge_text, replace_once
 
-from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.mjcf.loop_results import OWN_SETTINGS, LoopRequest, LoopStudy
 from conrod.models.check.report import verdict
-from conrod.models.check.results import OWN, ModelStudy
+from conrod.models.check.results import ModelStudy
 from conrod.models.harden.study import harden_file
 from conrod.models.lint.linting import lint
 from conrod.models.loops import study
-from conrod.models.loops.report import finding, how_exact
+from conrod.models.loops.report import exactness_facts, finding
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
 TENDON, CONTACTS = ((CASES / f"saw-{name}.xml").read_text(encoding="utf-8") for name in ("tendon-limit", "contacts"))
@@ -55,7 +55,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., ModelStudy]
     @cache
     def judged(text: str, turns: float = 1.0, kind: str = "saw") -> ModelStudy:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("conrod.models.check.study.LABELS", (OWN,))
+            patch.setattr("conrod.models.check.study.LABELS", (OWN_SETTINGS,))
             return judge_text(folder, kind, text, turns)
 
     return judged
@@ -77,19 +77,19 @@ def test_tendon_limit_is_named_and_spoils_no_torque_with_a_drive() -> None:
         mujoco.mj_step(model, data)
         rows = data.efc_type[: data.nefc] == mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON
         largest = max(largest, float(data.efc_force[: data.nefc][rows].max(initial=0.0)))
-    assert largest == pytest.approx(next(one.largest for one in found.own.acting), rel=0.01)
+    assert largest == pytest.approx(next(one.largest for one in found.driven_run.acting), rel=0.01)
     assert "Not judged: forces: torques of drives and reactions bear the limit of tendon t too, which the" in finding(
         found
     )
     assert found.remarks[0].startswith("the length of tendon t is up to 0.103 beyond its limits, -0.1 to 9")
     assert found.unmodelled == ("the limit of tendon t",)
-    assert not any("torque" in line for line in how_exact(found))
+    assert not any("torque" in line for line in exactness_facts(found))
     assert all(not run.drives for run in (*found.runs, *found.steps))
     # Without the limit torques are compared, and nothing is said to act.
     free = looped(replace_once(TENDON, 'limited="true"', 'limited="false"'), "crank=40rpm", 0.6)
     assert "What acts" not in finding(free)
     assert "Not judged" not in finding(free)
-    assert free.own.drives["crank"] < 1e-2
+    assert free.driven_run.drives["crank"] < 1e-2
 
 
 def test_limit_of_a_tendon_keeps_a_saw_from_its_turn(scene: Callable[..., ModelStudy]) -> None:
@@ -115,7 +115,7 @@ def test_contacts_are_named_with_a_scene_and_in_the_own_run(scene: Callable[...,
 
 def test_contact_that_is_a_part_of_the_machine_is_not_named(scene: Callable[..., ModelStudy]) -> None:
     found = scene(TEXTS["cam"], 0.1, "cam")
-    assert "contact" not in "".join(one.kind for run in (found.own, found.own_run) for one in run.acting)
+    assert "contact" not in "".join(one.kind for run in (found.driven_run, found.own_run) for one in run.acting)
 
 
 @pytest.mark.parametrize("preset", ["tuned", "hardened"])

@@ -20,7 +20,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines.mujoco.compat import enable_bit
 from conrod.execution.paired_timing import PairedTiming
 from conrod.mjcf.edits import Edit, apply_recipe
-from conrod.mjcf.loop_results import OWN, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
+from conrod.mjcf.loop_results import OWN_SETTINGS, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
 from conrod.models.loops import study
 from conrod.models.loops.search import _excess, search_settings
 from conrod.models.loops.settings import after_compiling, mjcf_lines, python_lines, settings_edits
@@ -29,7 +29,7 @@ from conrod.models.loops.words import lines_to_paste, settings_words
 RUNS = ShippedRun("its own pose", 1.0, Outcome.COMPLETED, "", 1e-9)
 FAILS, OPENS = replace(RUNS, outcome=Outcome.DIVERGED), replace(RUNS, gap=1e-3)
 STEP, ALLOWED = 1e-3, {"position": 1e-4}
-COSTS = {OWN: 1.0, "hardened": 5.0, "tuned": 4.0}
+COSTS = {OWN_SETTINGS: 1.0, "hardened": 5.0, "tuned": 4.0}
 
 
 def search(
@@ -111,14 +111,16 @@ def test_search_goes_to_finer_steps_by_the_order_that_it_sees() -> None:
     assert found.coarser is not None
     assert found.coarser.timestep == STEP / 32
     # An error that no step lessens is not followed to the finest step.
-    stuck, tried = search({OWN: lambda h: 2e-4}, guesses={OWN: -2})
-    assert tried == [(OWN, -2), (OWN, -3)]
+    stuck, tried = search({OWN_SETTINGS: lambda h: 2e-4}, guesses={OWN_SETTINGS: -2})
+    assert tried == [(OWN_SETTINGS, -2), (OWN_SETTINGS, -3)]
     assert stuck.best is None
     assert stuck.nearest is not None
 
 
 def test_search_says_how_far_it_went_where_nothing_holds() -> None:
-    found, _ = search({"tuned": lambda h: 1e-4 * h / 1e-6, OWN: lambda h: math.inf}, guesses={"tuned": 0, OWN: 0})
+    found, _ = search(
+        {"tuned": lambda h: 1e-4 * h / 1e-6, OWN_SETTINGS: lambda h: math.inf}, guesses={"tuned": 0, OWN_SETTINGS: 0}
+    )
     assert (found.best, found.shipped, found.coarser) == (None, None, None)
     assert found.steps == (STEP / 64, STEP)
     assert found.nearest is not None
@@ -133,15 +135,15 @@ def test_search_ends_at_the_largest_step_without_another_side() -> None:
 
 def test_dearer_settings_are_tried_where_they_would_be_cheaper() -> None:
     # Hardened holds at 8 ms, at 0.625 of the cost; own settings do at 1 ms and not at 2 ms, the first that is cheaper.
-    held = {"hardened": lambda h: 1e-4 * (h / 11.9e-3) ** 4, OWN: lambda h: 1e-4 * h / 1.5e-3}
+    held = {"hardened": lambda h: 1e-4 * (h / 11.9e-3) ** 4, OWN_SETTINGS: lambda h: 1e-4 * h / 1.5e-3}
     found, tried = search(held)
     assert found.best is not None
     assert found.best.label == "hardened"
-    assert [one for one in tried if one[0] == OWN] == [(OWN, 1)]
+    assert [one for one in tried if one[0] == OWN_SETTINGS] == [(OWN_SETTINGS, 1)]
     # Control: where they hold at 2 ms they are the cheapest.
-    found, tried = search({**held, OWN: lambda h: 1e-4 * h / 2.5e-3})
+    found, tried = search({**held, OWN_SETTINGS: lambda h: 1e-4 * h / 2.5e-3})
     assert found.best is not None
-    assert (found.best.label, found.best.timestep, found.best.cost) == (OWN, 2e-3, 0.5)
+    assert (found.best.label, found.best.timestep, found.best.cost) == (OWN_SETTINGS, 2e-3, 0.5)
     assert found.coarser is not None
     assert found.coarser.timestep == 4e-3
 
@@ -208,7 +210,7 @@ def settings_of(model: mujoco.MjModel) -> dict[str, object]:
     return {name: getattr(model, name).tolist() for name in arrays} | {"option": option}
 
 
-@pytest.mark.parametrize("name", ["hardened", "tuned", "tuned with implicitfast", OWN])
+@pytest.mark.parametrize("name", ["hardened", "tuned", "tuned with implicitfast", OWN_SETTINGS])
 @pytest.mark.parametrize("active", ["true", "false"])
 def test_pasted_lines_make_the_settings_that_were_measured(name: str, active: str, tmp_path: Path) -> None:
     text, file = model_text(active), tmp_path / "m.xml"
@@ -226,7 +228,7 @@ def test_pasted_lines_make_the_settings_that_were_measured(name: str, active: st
     assert {k for k in own if own[k] != measured[k]} <= {"option", "eq_solref", "eq_solimp", "body_invweight0",
                                                          "dof_invweight0"}  # fmt: skip
     assert measured["eq_solref"][2] == [0.05, 1.0]
-    if name != OWN:
+    if name != OWN_SETTINGS:
         # Control: the default alone leaves the closure its own setting, which stands before it.
         alone = pasted(text, lines.split("<!--")[0], after)
         assert alone.eq_solref[0].tolist() == [0.004, 1.0]
@@ -240,7 +242,7 @@ model.body_invweight0[[3, 4]] *= {}  # coupler, rocker"""
 
 
 @pytest.mark.parametrize(("name", "idle", "lines", "after"), [
-    (OWN, False, '<option timestep="0.001" tolerance="1e-30"/>', ""),
+    (OWN_SETTINGS, False, '<option timestep="0.001" tolerance="1e-30"/>', ""),
     ("tuned", False, f"{OPTION}\n{CLOSURES.format(0.008)}", ""),
     ("hardened", False, f"{OPTION}\n{CLOSURES.format(0.15)}", WEIGHTS.format("1e-09")),
     ("hardened", True, f"{OPTION}\n{CLOSURES.format(0.15)}", WEIGHTS.format("1e-07")),
@@ -344,7 +346,9 @@ def test_words_say_that_contacts_harden_where_any_acted(found: LoopStudy) -> Non
 
 def test_words_name_the_nearest_settings_where_none_hold(found: LoopStudy) -> None:
     assert found.search is not None
-    nothing = replace(found.search, best=None, nearest=found.own, steps=(1e-3 / 64, 1e-3), allowed={"position": 1e-12})
+    nothing = replace(
+        found.search, best=None, nearest=found.driven_run, steps=(1e-3 / 64, 1e-3), allowed={"position": 1e-12}
+    )
     words = settings_words(replace(found, search=nothing))
     assert words.startswith("None of the settings that were tried holds position 1.0e-9 mm (")
     assert ": hardened, tuned, as it is, tuned with implicitfast, tuned with Euler, tuned with implicit, in " in words
@@ -358,5 +362,5 @@ def test_settings_are_found_for_a_share_of_the_travel_if_asked(tmp_path: Path) -
     assert found.search is not None
     assert found.search.allowed == {"position": 1e-3 * found.scales["position"]}
     assert " L): " in settings_words(found)
-    assert found.passed == (found.own.errors["position"] >= 0.0)  # measured, not judged
+    assert found.passed == (found.driven_run.errors["position"] >= 0.0)  # measured, not judged
     assert np.isfinite(found.search.speed)

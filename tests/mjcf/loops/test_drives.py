@@ -19,7 +19,7 @@ from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.driven_runs import with_settings
 from conrod.mjcf.driving import STEPS_TOGETHER, Drives, driven_run
-from conrod.mjcf.loop_results import OWN, LoopRequest
+from conrod.mjcf.loop_results import OWN_SETTINGS, LoopRequest
 from conrod.models.loops.study import _LoopBench
 
 CASES = Path(__file__).parents[2] / "data" / "cases"
@@ -129,7 +129,7 @@ class Compared:
     written: mujoco.MjModel
 
 
-def compared(name: str, label: str = OWN) -> Compared:
+def compared(name: str, label: str = OWN_SETTINGS) -> Compared:
     text, laws = MODELS[name]
     model = mujoco.MjModel.from_xml_string(text)
     bench = _LoopBench.from_request(model, LoopRequest(laws, seconds=STEPS * STEP))
@@ -177,13 +177,15 @@ def our_run(one: Compared, label: str) -> Array:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_drive_is_the_armature_written_in_the_file(name: str) -> None:
-    for label in (OWN, "hardened"):
+    for label in (OWN_SETTINGS, "hardened"):
         one = compared(name, label)
         (plain, exact), ours = plain_run(one), our_run(one, label)
         off = np.abs(plain - exact).max()
         assert ours.shape == plain.shape
         assert np.abs(ours - plain).max() < 1e-6 * off + 1e-13, label
-        assert off < (0.02 if label == OWN else 1e-6), label  # a loop that is driven at all is not open by a radius
+        assert off < (0.02 if label == OWN_SETTINGS else 1e-6), (
+            label
+        )  # a loop that is driven at all is not open by a radius
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -249,7 +251,7 @@ FIGURES = {
 def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None:
     drives, *expected = FIGURES[name]
     bench = _LoopBench.from_request(mujoco.MjModel.from_xml_path(str(CASES / f"{name}.xml")), LoopRequest(drives))
-    runs = [bench._run(label, 1.0, 0.1, {}) for label in (OWN, "hardened")]
+    runs = [bench._run(label, 1.0, 0.1, {}) for label in (OWN_SETTINGS, "hardened")]
     found = [run.errors["position"] for run in runs]
     assert found[0] == pytest.approx(expected[0], rel=1e-4)
     assert found[1] == pytest.approx(expected[1], rel=0.02)
@@ -258,7 +260,7 @@ def test_simple_bodies_are_driven_as_plain_mujoco_drives_them(name: str) -> None
 def test_steering_opens_at_its_teeth_when_its_rack_drives_it() -> None:
     """Softened by the pinion's tiny inertia: in plain MuJoCo by 30.07 mm of 30."""
     model = mujoco.MjModel.from_xml_path(str(CASES / "steering.xml"))
-    run = _LoopBench.from_request(model, LoopRequest({"rack": "sine:30mm,1Hz"}))._run(OWN, 1.0, 0.1, {})
+    run = _LoopBench.from_request(model, LoopRequest({"rack": "sine:30mm,1Hz"}))._run(OWN_SETTINGS, 1.0, 0.1, {})
     assert (run.outcome.slug, run.reason) == ("opened", "teeth opens by 30.1 mm")
 
 
@@ -322,7 +324,7 @@ def test_contact_presets_apply_when_file_overrides_geoms() -> None:
     )
     model = with_settings(mujoco.MjModel.from_xml_string(over), "tuned", STEP, 0.1)
     assert np.array_equal(model.opt.o_solref, model.geom_solref[0])
-    own = with_settings(mujoco.MjModel.from_xml_string(over), OWN, STEP, 0.1)
+    own = with_settings(mujoco.MjModel.from_xml_string(over), OWN_SETTINGS, STEP, 0.1)
     assert own.opt.o_solref.tolist() == [0.5, 1.0]
 
 
@@ -330,5 +332,5 @@ def test_run_of_few_steps_has_a_sample_at_each() -> None:
     text, laws = MODELS[next(iter(MODELS))]
     model = mujoco.MjModel.from_xml_string(text)
     bench = _LoopBench.from_request(model, LoopRequest(laws, seconds=12 * STEP))
-    _, coordinates = bench._record_model(OWN, with_settings(model, OWN, STEP, bench.period), 0.1)
+    _, coordinates = bench._record_model(OWN_SETTINGS, with_settings(model, OWN_SETTINGS, STEP, bench.period), 0.1)
     assert coordinates.shape == (model.nq, 13)

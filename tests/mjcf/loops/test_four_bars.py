@@ -151,7 +151,7 @@ def test_contacts_and_limits_are_named_and_suspend_force_checks(
         study = studied(model)
         assert any(remark.startswith(words) for remark in study.remarks)
         assert study.unmodelled == (acting,)
-        assert study.own.drives == study.own.reactions == {}
+        assert study.driven_run.drives == study.driven_run.reactions == {}
     assert studied(four_bar()).unmodelled == studied(four_bar()).remarks == ()
 
 

@@ -59,7 +59,7 @@ def test_judged_points_are_those_that_closures_move() -> None:
 def test_points_on_driven_bodies_judge_loops_alone_and_say_so() -> None:
     found = leg("strut_end")
     assert found.judges_loops_alone
-    assert found.own.errors["position"] < 1e-12
+    assert found.driven_run.errors["position"] < 1e-12
     assert not found.passed
     words = finding(found)
     assert "Not judged: what moves by the loops: strut_end is rigid with what is driven (--point takes shin);" in words
@@ -87,8 +87,8 @@ def test_tolerance_of_position_bounds_how_far_loops_open() -> None:
 def test_strut_leg_fails_and_no_open_run_is_recommended() -> None:
     found = leg()
     assert not found.passed
-    assert found.own.errors["position"] == pytest.approx(0.123e-3, rel=0.02)
-    assert found.own.gap == pytest.approx(0.15e-3, rel=0.05)
+    assert found.driven_run.errors["position"] == pytest.approx(0.123e-3, rel=0.02)
+    assert found.driven_run.gap == pytest.approx(0.15e-3, rel=0.05)
     coarse = next(run for run in found.steps if run.label == "as it is")
     assert coarse.gap > 50.0 * ALLOWED
     assert found.cheapest is not None

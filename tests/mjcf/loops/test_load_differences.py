@@ -15,7 +15,7 @@ from conrod.mjcf.loop_results import LoopRequest
 from conrod.mjcf.reading import machine_tree, tree_of
 from conrod.models.loops import study as study_module
 from conrod.models.loops.load_differences import list_load_differences
-from conrod.models.loops.report import finding, how_exact
+from conrod.models.loops.report import exactness_facts, finding
 from conrod.scenes.space import MACHINES
 
 MACHINE = "rssr"
@@ -78,8 +78,8 @@ def test_a_finding_names_loads_that_differ_of_the_machine(tmp_path: Path, monkey
     assert found.is_machine
     said = "Loads are not judged, and differ: the damping of output is 0.1 instead of 0 N m s/rad."
     assert said in finding(found)
-    assert not any(line.startswith("masses, damping") for line in how_exact(found))
+    assert not any(line.startswith("masses, damping") for line in exactness_facts(found))
     assert found.compared is not None
     same = replace(found, compared=replace(found.compared, loads=()))
     assert "Loads" not in finding(same)
-    assert any(line.startswith("masses, damping and gravity are those of rssr") for line in how_exact(same))
+    assert any(line.startswith("masses, damping and gravity are those of rssr") for line in exactness_facts(same))

@@ -23,7 +23,7 @@ from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.differences import MachineComparison, compare_with_machine
 from conrod.mjcf.driven_runs import compare_kinematics, judge_run, with_settings
 from conrod.mjcf.driving import LoopRecording, driven_run
-from conrod.mjcf.loop_results import KINEMATIC_TOLERANCE, OWN, LoopRequest, LoopRun
+from conrod.mjcf.loop_results import KINEMATIC_TOLERANCE, OWN_SETTINGS, LoopRequest, LoopRun
 from conrod.mjcf.reading import machine_tree
 from conrod.models.loops.study import _LoopBench, study_loops
 from conrod.scenes.space import MACHINES
@@ -290,7 +290,7 @@ def test_a_run_on_the_other_branch_is_flipped_and_not_completed() -> None:
 def test_a_soft_run_that_is_far_off_is_on_its_branch() -> None:
     # As it is, the rocker of the RSSR is off by more than a twentieth of its travel: softness, and no flip.
     bench = machine_bench("rssr", None, 2e-3)
-    assert bench._run(OWN, 1.0, travel(bench), {}).outcome is Outcome.COMPLETED
+    assert bench._run(OWN_SETTINGS, 1.0, travel(bench), {}).outcome is Outcome.COMPLETED
 
 
 def test_late_stamp_is_an_error_and_open_or_ended_run_an_outcome() -> None:
@@ -308,7 +308,7 @@ def test_actuation_that_the_model_switches_off_stays_off() -> None:
     motor, points = '<actuator><position joint="rocker" kp="500"/></actuator>', {}
     for flag in ("enable", "disable"):
         text = four_bar(more=motor).replace("<flag ", f'<flag actuation="{flag}" ')
-        points[flag] = recorded(bench_of(text, {"crank": "60rpm"}, seconds=0.1), OWN)[0].points["C"]
-    plain = recorded(bench_of(four_bar(), {"crank": "60rpm"}, seconds=0.1), OWN)[0].points["C"]
+        points[flag] = recorded(bench_of(text, {"crank": "60rpm"}, seconds=0.1), OWN_SETTINGS)[0].points["C"]
+    plain = recorded(bench_of(four_bar(), {"crank": "60rpm"}, seconds=0.1), OWN_SETTINGS)[0].points["C"]
     assert points["disable"] == pytest.approx(plain, abs=1e-12)
     assert np.abs(points["enable"] - plain).max() > 1e-6

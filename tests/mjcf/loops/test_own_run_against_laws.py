@@ -88,7 +88,7 @@ WRONG = {
 def test_own_run_is_out_of_tolerance_when_it_leaves_its_law(name: str) -> None:
     text, words = WRONG[name]
     found = looped(text)
-    assert found.own.is_within(found.question.tolerance)  # conrod's own drive hides it
+    assert found.driven_run.is_within(found.question.tolerance)  # conrod's own drive hides it
     assert not found.passed
     first, _ = finding(found).split(" Driven with its own settings")
     assert first.startswith("Run as the file has it, from keyframe start")

@@ -10,12 +10,12 @@ from conrod.comparison.other_forces import CONTACT, OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.exact.space.mobility import Mobility
 from conrod.execution.baseline_check import baseline_line
-from conrod.mjcf.loop_results import LOOPS, OWN, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
+from conrod.mjcf.loop_results import LOOPS, OWN_SETTINGS, LoopRequest, LoopRun, LoopStudy, SettingsSearch, ShippedRun
 from conrod.models.loops.baseline_lines import loop_lines
 from conrod.models.loops.words import settings_words, shipped_words, with_share
 
 ERRORS = {"position": 1e-3, "velocity": 0.1, "acceleration": 2.0}
-RUN = LoopRun(OWN, 1e-3, Outcome.COMPLETED, errors=ERRORS, worst="A", gap=5e-4, order=2.0)
+RUN = LoopRun(OWN_SETTINGS, 1e-3, Outcome.COMPLETED, errors=ERRORS, worst="A", gap=5e-4, order=2.0)
 SHIPPED = ShippedRun("its own pose", 12.345, Outcome.COMPLETED, "", gap=1e-4, path=0.7)
 CHATTERS = replace(SHIPPED, chatter=("crank", 0.504))
 DIVERGES = replace(SHIPPED, outcome=Outcome.DIVERGED, reason="not finite at 0.1 s")

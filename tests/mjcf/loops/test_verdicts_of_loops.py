@@ -47,7 +47,7 @@ def test_a_study_in_which_all_is_well_passes() -> None:
     assert STUDY.is_machine
     assert STUDY.agrees
     assert not STUDY.shipped_failed
-    assert STUDY.own is RUN
+    assert STUDY.driven_run is RUN
 
 
 @pytest.mark.parametrize("wrong", [

@@ -14,10 +14,11 @@ from conrod.execution.resolve_arguments import REVOLUTIONS_RANGE, OneScene, scen
 from conrod.execution.runner import Runs
 from conrod.execution.tolerances import check_tolerance
 from conrod.mechanism.units import check_count, check_number
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.mjcf.request import ModelRequest, controls_of, places_of, size_of_unit
 from conrod.models.check import report as user_model
 from conrod.models.check.frame import GivenFrame
-from conrod.models.check.results import OWN, OWN_RUN, ModelStudy
+from conrod.models.check.results import OWN_RUN, ModelStudy
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
 from conrod.user_files.files import check_readable
@@ -96,18 +97,18 @@ def check_model(
             plane, rotation, crank_zero, None if unit is None else 1.0
         )  # it is in metres from its loading on
         allowed = None if tolerance is None else check_tolerance(tolerance)
-        words: dict[str, Any] = {
+        options: dict[str, Any] = {
             "crank": crank, "point": tuple(f"{one}={where}" for one, where in points.items()), "plane": plane,
             "rotation": rotation, "crank-zero": crank_zero, "keyframe": keyframe,
             "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()),
             "unit": unit, "revolutions": None if revolutions == TURNS else revolutions,
         }  # fmt: skip
-        check: BaselineCheck | None = None
+        baseline_check: BaselineCheck | None = None
         if baseline is not None or accept:
             from conrod.execution.baseline_check import BaselineCheck
             from conrod.models.check.baseline_lines import model_lines
 
-            check = BaselineCheck.prepare(baseline, {name: machine}, words, accept=accept)
+            baseline_check = BaselineCheck.prepare(baseline, {name: machine}, options, accept=accept)
 
         def find(several: Sequence[Mapping[str, Scene]]) -> list[list[ModelStudy]]:
             # The file of a model in memory is there for a moment; a baseline is compared with what is measured now.
@@ -122,7 +123,9 @@ def check_model(
             ((found,),) = find([{name: machine}])
         except InvalidInput as error:
             raise InvalidInput(f"{error} ({taken})" if taken else f"{error}") from None
-        compared = check.compare([found], find, model_lines, {OWN_RUN: OWN}) if check else None
+        compared = (
+            baseline_check.compare([found], find, model_lines, {OWN_RUN: OWN_SETTINGS}) if baseline_check else None
+        )
     part = path.stem if shown is None else shown
     call = text_of_call(
         "check_model",
@@ -136,7 +139,7 @@ def check_model(
         keyframe=keyframe,
         controls=controls,
         unit=unit,
-        revolutions=words["revolutions"],
+        revolutions=options["revolutions"],
         tolerance=tolerance,
         qualify=qualify,
     )

@@ -18,15 +18,16 @@ import numpy as np
 
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.mjcf.request import Scan
 from conrod.models.check.frame import GivenFrame
 from conrod.models.check.identity import is_machine
 from conrod.models.check.references import ALL_LENGTHS, length_names, with_lengths
-from conrod.models.check.results import OWN, ModelStudy
+from conrod.models.check.results import ModelStudy
 from conrod.studies.validation.results import DefectVerdict, Qualification
 
 if TYPE_CHECKING:
-    from conrod.models.check.study import SceneBench
+    from conrod.models.check.study import ModelBench
 
 PERCENT, MASS = "%", "mass"
 # Sizes that are planted, and the largest that are tried, as shares.
@@ -37,7 +38,7 @@ SPEED_SIZE, MAX_SPEED_SIZE = 0.05, 0.5
 Failures = Callable[[float], tuple[str, ...]]  # what is out of tolerance with a defect of a size; empty if nothing is
 
 
-def qualify_check(found: ModelStudy, scanned: Scan, given: GivenFrame, bench: SceneBench) -> Qualification:
+def qualify_check(found: ModelStudy, scanned: Scan, given: GivenFrame, bench: ModelBench) -> Qualification:
     """Plant defects of length, mass and speed into a passed check; return the smallest it detects."""
     kinds = {
         "length": (LENGTH_SIZE, MAX_LENGTH_SIZE, _length_places(found, scanned, given)),
@@ -81,7 +82,7 @@ def _length_places(found: ModelStudy, scanned: Scan, given: GivenFrame) -> Itera
             yield name, partial(failures, name)
 
 
-def _mass_places(found: ModelStudy, bench: SceneBench) -> Iterator[tuple[str, Failures]]:
+def _mass_places(found: ModelStudy, bench: ModelBench) -> Iterator[tuple[str, Failures]]:
     """Yield each body that has a mass with what its change makes of the run with the model's own settings."""
     model = bench.turning.model
 
@@ -90,10 +91,10 @@ def _mass_places(found: ModelStudy, bench: SceneBench) -> Iterator[tuple[str, Fa
         edited.body_mass[body] *= 1.0 + share
         edited.body_inertia[body] *= 1.0 + share
         mujoco.mj_setConst(edited, mujoco.MjData(edited))
-        run = replace(bench, turning=replace(bench.turning, model=edited)).run_driven(OWN)
+        run = replace(bench, turning=replace(bench.turning, model=edited)).run_driven(OWN_SETTINGS)
         if run.outcome is not Outcome.COMPLETED:
             return (run.outcome.slug,)
-        return tuple(replace(found, runs={**found.runs, OWN: run}).exceeded_limits(run))
+        return tuple(replace(found, runs={**found.runs, OWN_SETTINGS: run}).exceeded_limits(run))
 
     for body in np.flatnonzero((model.body_weldid > 0) & (model.body_mass > 0.0)).tolist():
         yield model.body(body).name or f"body {body}", partial(failures, body)

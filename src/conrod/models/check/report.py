@@ -67,7 +67,7 @@ def verdict(study: ModelStudy) -> str:
 
 def _other_forces_words(study: ModelStudy) -> Iterator[str]:
     """Yield sentences on forces that are no loop forces, in the driven and the own run."""
-    driven = () if study.own is None else study.own.acting
+    driven = () if study.driven_run is None else study.driven_run.acting
     named, engine = {one.title for one in driven}, f"MuJoCo {study.model.engine_version}"
     yield from acting_sentences(driven, engine)
     if study.own_run is not None:
@@ -86,7 +86,7 @@ def _identity_words(study: ModelStudy) -> str:
 
 def _driven_words(study: ModelStudy) -> str:
     """Say in a sentence whether the model's own settings suffice when conrod drives it."""
-    own = study.own
+    own = study.driven_run
     if own is None or own.outcome is not Outcome.COMPLETED:
         how = "did not run" if own is None else f"ended as {own.outcome.slug}: {own.reason}"
         return f"Driven by conrod, with its own settings it {how}."
@@ -323,7 +323,7 @@ def _run_verdict(study: ModelStudy, run: JudgedRun) -> str:
 
 def drive_lines(study: ModelStudy) -> Iterator[str]:
     """Yield sentences on the crank's drive and the reference of the runs."""
-    own, identity = study.own, study.identity
+    own, identity = study.driven_run, study.identity
     if own is None:
         far = "it is too far off the machine for its runs to say anything"
         yield f"not driven: {'it cannot turn as the machine does' if study.blocked else far}"

@@ -14,6 +14,7 @@ from conrod.comparison.trajectory import COMPARED_QUANTITIES, Outcome
 from conrod.engines.numerics import largest_derivatives, phase_bound
 from conrod.execution.tolerances import judged_scale, point_scales
 from conrod.mjcf.crank_speed import MAX_MEAN_SPEED_ERROR, CrankSpeed
+from conrod.mjcf.loop_results import OWN_SETTINGS
 from conrod.mjcf.request import ModelFacts, ModelRequest
 from conrod.models.check.identity import DEFAULT_TOLERANCE, Identity
 from conrod.report.drawing.moving_links import MovingLinks
@@ -21,7 +22,6 @@ from conrod.scenes import Scene
 from conrod.studies.validation.results import Qualification, RefinementPoint
 
 OWN_RUN = "its own run"  # label of the run from the file's own start, by its own actuators
-OWN = "as it is"  # label of the driven run with the model's own settings
 MAX_DRIVE_RIPPLE = 1e-7  # largest deviation of the rate that conrod's drive leaves, relative to it
 # The position's tolerance bounds the opening of the loops, too; over the machine's largest length.
 CLOSURE = "closure"
@@ -166,9 +166,9 @@ class ModelStudy:
         return begins is not None and begins.exceeds(allowed)
 
     @property
-    def own(self) -> JudgedRun | None:
+    def driven_run(self) -> JudgedRun | None:
         """The driven run with the model's own settings; None if the model is too far from the machine."""
-        return self.runs.get(OWN)
+        return self.runs.get(OWN_SETTINGS)
 
     @property
     def limits(self) -> Mapping[str, float]:
@@ -177,7 +177,7 @@ class ModelStudy:
         The drive keeps the speed to `MAX_DRIVE_RIPPLE`. The position at the nominal time may be off by the position's
         tolerance and by the distance that the phase moves the point.
         """
-        asked, own = self.tolerance or {}, self.own
+        asked, own = self.tolerance or {}, self.driven_run
         closing = {CLOSURE: asked["position"]} if "position" in asked else {}
         if own is None:
             return {**asked, **closing}
@@ -224,7 +224,7 @@ class ModelStudy:
         """
         over = dict[str, tuple[float, float]]()
         for run in runs or self.judged:
-            limits = self.limits if run is self.own else self.own_limits
+            limits = self.limits if run is self.driven_run else self.own_limits
             for name, allowed in limits.items() if run.errors is not None else ():
                 if not (found := self.judged_error(run, name)) <= allowed:
                     over[name] = max((found, allowed), over.get(name, (found, allowed)))
@@ -234,12 +234,12 @@ class ModelStudy:
     def judged(self) -> list[JudgedRun]:
         """Runs with a tolerance: with the model's own settings, and the file's own run if it starts a motion."""
         own_run = self.own_run if self.has_start else None
-        return [run for run in (self.own, own_run) if run is not None]
+        return [run for run in (self.driven_run, own_run) if run is not None]
 
     @property
     def passed(self) -> bool:
         """True if the model is the machine, can turn, and completes its runs within tolerance."""
-        own = self.own
+        own = self.driven_run
         if self.qualified is not None and self.qualified.notices_nothing:
             return False
         if self.distrust or not self.is_machine or self.model.stops or self.own_failed or self.begins_open:

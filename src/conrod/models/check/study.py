@@ -80,12 +80,12 @@ def study_scene_model(
                 return _blocked_study(path, scene, question, error, revolutions)
             inputs = controls_in_metres(turning.model, question.controls, question.unit)
             question = replace(question, controls=inputs)
-            turn = scan(turning, question)
-            facts, (identity, moving) = turn.facts, identify(machine, turn, given)
+            scanned = scan(turning, question)
+            facts, (identity, moving) = scanned.facts, identify(machine, scanned, given)
         misplaced = identity.explanations[0].misplaced if identity.explanations else ()
         wrong = {one.point for one in misplaced}
         # Compared are points that are where they should be on their links; all, where none is.
-        points = tuple(point for point in turn.points if point not in wrong) or turn.points
+        points = tuple(point for point in scanned.points if point not in wrong) or scanned.points
         distrust = misfit_words(reference_misfit(machine))
         limits, weights = scale_tolerance(tolerance or {}, scene_scales(machine) if tolerance else {})
         if "total" not in limits and "position" in weights:
@@ -99,7 +99,7 @@ def study_scene_model(
         )
         if identity.left > MAX_COMPARABLE_DISTANCE:
             return replace(found, drawn=draw_turn(turning))
-        bench = SceneBench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
+        bench = ModelBench(turning, question, moving, machine.speed, identity.frame, points, revolutions)
         refused = {"hardened": "hardening does not apply to contact"} if question.contacts else {}
         recorded = {label: bench.record_driven(label) for label in LABELS if label not in refused}
         at_steps = {label: [bench.judge(label, *one)] for label, one in recorded.items()}
@@ -107,10 +107,10 @@ def study_scene_model(
             turning, [same[0] for same in at_steps.values()], {label: run for label, (run, _) in recorded.items()},
             bench.period,
         )  # fmt: skip
-        for finer in STEP_REFINEMENTS if refine else ():
-            if bench.sample_count(facts.timestep / finer) <= MAX_KEPT_SAMPLES:
+        for refinement in STEP_REFINEMENTS if refine else ():
+            if bench.sample_count(facts.timestep / refinement) <= MAX_KEPT_SAMPLES:
                 for label, same in at_steps.items():
-                    same.append(bench.run_driven(label, finer))
+                    same.append(bench.run_driven(label, refinement))
         own_run, crank = bench.run_as_given()
         refined = {label: _refinement_points(same) for label, same in at_steps.items() if len(same) > 1}
         runs = {label: same[0] for label, same in at_steps.items()}
@@ -119,7 +119,7 @@ def study_scene_model(
             return found
         from conrod.models.check.qualification import qualify_check
 
-        return replace(found, qualified=qualify_check(found, turn, given, bench))
+        return replace(found, qualified=qualify_check(found, scanned, given, bench))
 
 
 def _blocked_study(
@@ -144,7 +144,7 @@ def _refinement_points(runs: list[JudgedRun]) -> tuple[RefinementPoint, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class SceneBench:
+class ModelBench:
     """A model to run with its crank driven at a scene's speed, or as its file drives it.
 
     Attributes:
@@ -195,13 +195,13 @@ class SceneBench:
             )
         return np.asarray(step * np.arange(samples), dtype=float)
 
-    def run_driven(self, label: str, finer: float = 1.0) -> JudgedRun:
-        """Run driven, with the model's or a preset's settings and `finer` times as many steps; return its errors."""
-        return self.judge(label, *self.record_driven(label, finer))
+    def run_driven(self, label: str, refinement: float = 1.0) -> JudgedRun:
+        """Run driven, by a preset or as the model is, with `refinement` times as many steps; return its errors."""
+        return self.judge(label, *self.record_driven(label, refinement))
 
-    def record_driven(self, label: str, finer: float = 1.0) -> tuple[LoopRecording, float]:
-        """Run driven, with the model's or a preset's settings and `finer` times as many steps; return its step [s]."""
-        turning, step = self.turning, float(self.turning.model.opt.timestep) / finer
+    def record_driven(self, label: str, refinement: float = 1.0) -> tuple[LoopRecording, float]:
+        """Run driven, by a preset or as the model is, with `refinement` times as many steps; return its step [s]."""
+        turning, step = self.turning, float(self.turning.model.opt.timestep) / refinement
         model = with_settings(turning.model, label, step, self.period, contact=bool(self.question.contacts))
         elapsed = turning.time_at(self.frame.zero + self.frame.sense * self._begin)
         rate, crank = self.frame.sense * self.speed, turning.crank.name

@@ -121,7 +121,7 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
         _inspect(files, asked)
         return
     if models and (scene is None or (scene in spatial and scene != SPATIAL) or scene.lower().endswith(MODELS)):
-        check_machines("check", files, asked)
+        judge_loops("check", files, asked)
         return
     name = next((name for name in files if name.lower().endswith(FILES)), files[0])
     if not name.lower().endswith(FILES):
@@ -139,9 +139,9 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     if asked.engine:
         raise InvalidInput("--engine does not go with a file: it is for scenes, in `conrod validate`")
     if name.lower().endswith(MODELS):
-        _check_model(name, asked)
+        _judge_model(name, asked)
     else:
-        _check_table(name, asked, is_fmu=name.lower().endswith(FMUS))
+        _judge_table(name, asked, is_fmu=name.lower().endswith(FMUS))
 
 
 def _refuse_kind(name: str, endings: Sequence[str]) -> None:
@@ -158,7 +158,7 @@ def _refuse_kind(name: str, endings: Sequence[str]) -> None:
 # -- a model -----------------------------------------------------------------------------------------------------------
 
 
-def _check_model(name: str, asked: CheckOptions) -> None:
+def _judge_model(name: str, asked: CheckOptions) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.local import FILE_TIMEOUT
     from conrod.execution.resolve_arguments import select_scene
@@ -226,7 +226,7 @@ def _points_in(asked: CheckOptions, scene: Any) -> dict[str, str]:
 # -- a table, or an FMU that makes one ---------------------------------------------------------------------------------
 
 
-def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
+def _judge_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.exact.link_rotations import rotating_links
     from conrod.execution.resolve_arguments import select_scene
@@ -238,7 +238,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     path, scene = Path(name), (str(asked.scene), select_scene(str(asked.scene), asked.assignments)[1])
     what = "an FMU" if is_fmu else "a table"
     if not is_fmu and asked.torque is not None:
-        _check_torque_run(path, scene, asked)
+        _judge_torque_run(path, scene, asked)
         return
     if is_fmu:
         refuse(asked, f"{what}: it is for a table", *TORQUE_OPTIONS)
@@ -275,7 +275,7 @@ def _check_table(name: str, asked: CheckOptions, *, is_fmu: bool) -> None:
     exit_with_verdict(found)
 
 
-def _check_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -> None:
+def _judge_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -> None:
     """Judge a run under a torque on the crank."""
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.mechanism.units import parse_quantity
@@ -322,7 +322,7 @@ def _inspect(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, s
 # -- closed loops ------------------------------------------------------------------------------------------------------
 
 
-def check_machines(command: str, names: tuple[str, ...], asked: CheckOptions) -> None:
+def judge_loops(command: str, names: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge model files and machines in space by their own exact motion."""
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.exact.space.drive_laws import FORMS

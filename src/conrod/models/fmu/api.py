@@ -65,15 +65,15 @@ def check_fmu(
         reading = run_fmu(path, one, wanted, preset, steps_per_rev, float(revolutions), timeout)
         return study_table(str(path), name, one, reading, check_estimated(estimate), allowed)
 
-    words: dict[str, Any] = {
+    options: dict[str, Any] = {
         "column": column_texts(columns),
         "unit": units,
         "estimate": ",".join(estimate),
         "preset": preset,
     }
-    words |= {"steps-per-rev": None if steps_per_rev == STEPS else steps_per_rev}
-    words |= {"revolutions": None if revolutions == TURNS else revolutions}
+    options |= {"steps-per-rev": None if steps_per_rev == STEPS else steps_per_rev}
+    options |= {"revolutions": None if revolutions == TURNS else revolutions}
     given = {"columns": columns, "units": units, "estimate": estimate, "preset": preset, "tolerance": tolerance}
-    given |= {"steps_per_rev": words["steps-per-rev"], "revolutions": words["revolutions"]}
+    given |= {"steps_per_rev": options["steps-per-rev"], "revolutions": options["revolutions"]}
     call = text_of_call("check_fmu", str(path), name, **given)
-    return table_findings(judge, path, None, (name, machine), words, (baseline, accept), call)
+    return table_findings(judge, path, None, (name, machine), options, (baseline, accept), call)

@@ -204,12 +204,12 @@ def closed_start(
 
 
 def run_finer(
-    model: mujoco.MjModel, state: Array, steps: int, every: int, finer: int = 1, *, watched: bool = True
+    model: mujoco.MjModel, state: Array, steps: int, every: int, refinement: int = 1, *, watched: bool = True
 ) -> Run:
-    """Run a model from a state with `finer` times as many steps between the same samples."""
+    """Run a model from a state with `refinement` times as many steps between the same samples."""
     made = without_autoreset(model)
-    set_step(made, float(made.opt.timestep) / finer)
-    return run(made, state, steps * finer, every * finer, watched=watched)
+    set_step(made, float(made.opt.timestep) / refinement)
+    return run(made, state, steps * refinement, every * refinement, watched=watched)
 
 
 def without_autoreset(model: mujoco.MjModel) -> mujoco.MjModel:

@@ -52,9 +52,9 @@ def finding(study: Inspection) -> str:
     nothing_said = not study.moving.passed and not study.moving.alarms
     if not study.loading.joints or study.moving.is_stuck_closed or nothing_said:
         sentences.append("Nothing of it can move.")
-    if closing.passed and study.motion is not None and study.motion.own.errors:
-        off = in_mm(study.motion.own.errors["position"])
-        met = list_names((one.title for one in study.motion.own.acting if one.kind in OBSTACLES), MAX_NAMED)
+    if closing.passed and study.motion is not None and study.motion.driven_run.errors:
+        off = in_mm(study.motion.driven_run.errors["position"])
+        met = list_names((one.title for one in study.motion.driven_run.acting if one.kind in OBSTACLES), MAX_NAMED)
         way = f", with {met} in its way" if met else ""
         sentences.append(
             f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings{way}."
@@ -149,7 +149,7 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     driven = [f"{joint}={law}" for joint, law in study.drives.items() if law != HOLD]
     held = [joint for joint, law in study.drives.items() if law == HOLD]
     drives = " and ".join(driven) + (f" (held: {list_names(held, MAX_NAMED)})" if held else "")
-    own = motion.own
+    own = motion.driven_run
     if own.outcome is not Outcome.COMPLETED:
         yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
     else:
@@ -172,7 +172,7 @@ def _setting_lines(study: Inspection) -> Iterator[str]:
     if motion is None or motion.search is None:
         yield "nothing was judged"
         return
-    if motion.own.is_within(motion.search.allowed):
+    if motion.driven_run.is_within(motion.search.allowed):
         within = f"{in_mm(motion.search.allowed['position'])}, a thousandth of its range of motion"
         soft = any(one.rule == SOFT_CLOSURE for one in study.findings)
         less = "; 6 asks more of closures, a bearing's play, which is a ten-thousandth of its size" if soft else ""
@@ -183,7 +183,7 @@ def _setting_lines(study: Inspection) -> Iterator[str]:
 def settings_to_paste(study: Inspection) -> Iterator[tuple[str, str]]:
     """Yield a title and the lines of each group to paste, if the model's settings miss the tolerance."""
     motion = study.motion
-    if motion is not None and motion.search is not None and not motion.own.is_within(motion.search.allowed):
+    if motion is not None and motion.search is not None and not motion.driven_run.is_within(motion.search.allowed):
         yield from lines_to_paste(motion)
 
 

@@ -82,30 +82,30 @@ def check_loops(
         laws, keyframe, controls_of(controls or {}), seconds, places, allowed, machine, size_of_unit(unit), shares
     )
     several = [model] if isinstance(model, str | Path) or not isinstance(model, Sequence) else list(model)
-    words = {
+    options = {
         "drive": tuple(f"{joint}={law}" for joint, law in laws.items()), "point": places, "keyframe": keyframe,
         "ctrl": tuple(f"{one}={value:g}" for one, value in (controls or {}).items()), "seconds": seconds,
         "machine": machine, "unit": unit,
         "model": tuple(one for one in several if isinstance(one, str) and one in MACHINES),
     }  # fmt: skip
-    check: BaselineCheck | None = None
+    baseline_check: BaselineCheck | None = None
     if baseline is not None or accept:
         from conrod.execution.baseline import SPEED_FACTORS as STEP_FACTORS
         from conrod.execution.baseline_check import BaselineCheck
         from conrod.models.loops.baseline_lines import loop_lines
 
-        check = BaselineCheck.prepare(baseline, {}, words, accept=accept)
+        baseline_check = BaselineCheck.prepare(baseline, {}, options, accept=accept)
     found, typed = dict[str, LoopStudy](), dict[str, str]()
     for one, (part, study) in zip(
-        several, _check_all(several, question, 1.0, runs, progress, recall=not check), strict=True
+        several, _check_all(several, question, 1.0, runs, progress, recall=not baseline_check), strict=True
     ):
         if part in found:
             raise InvalidInput(f"{one}: another has the same name in the report: judge it by itself")
         found[part], typed[part] = study, str(one)
     compared = None
-    if check:
+    if baseline_check:
         # No scene's speed drives these: their steps are otherwise in the last bits instead.
-        compared = check.compare(
+        compared = baseline_check.compare(
             list(found.values()),
             lambda _: [[study for _, study in _check_all(several, question, factor, runs)] for factor in STEP_FACTORS],
             loop_lines,

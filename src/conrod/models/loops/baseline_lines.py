@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from conrod.execution.baseline import ORDER_PREFIX, PATH, BaselineLine
 from conrod.execution.baseline_check import baseline_line
-from conrod.mjcf.loop_results import LOOPS, OWN, LoopRun, LoopStudy
+from conrod.mjcf.loop_results import LOOPS, OWN_SETTINGS, LoopRun, LoopStudy
 
 
 def loop_lines(found: Sequence[LoopStudy]) -> dict[str, BaselineLine]:
@@ -35,5 +35,5 @@ def _lines(study: LoopStudy) -> dict[str, BaselineLine]:
 def _run_line(study: LoopStudy, run: LoopRun) -> BaselineLine:
     """The line of a run with conrod's drives; its cost is of the hour, and not in it."""
     sizes = {**run.errors, LOOPS: run.gap, f"{ORDER_PREFIX}position": run.order}
-    passed = run.is_within(study.question.tolerance) if run.label == OWN else None
+    passed = run.is_within(study.question.tolerance) if run.label == OWN_SETTINGS else None
     return baseline_line(run.outcome.slug, passed, sizes)

@@ -14,7 +14,7 @@ from conrod.mjcf.loop_results import (
     LABELS,
     LOOP_UNITS,
     LOOPS,
-    OWN,
+    OWN_SETTINGS,
     LawComparison,
     LoopRun,
     LoopStudy,
@@ -44,7 +44,7 @@ def finding(study: LoopStudy) -> str:
 
     If it is another machine than the scene, the verdict says so first, unless its own run failed.
     """
-    shipped, own = study.shipped, study.own
+    shipped, own = study.shipped, study.driven_run
     said = [_own_run_words(study), _driven_run_words(study)]
     if not study.shipped_failed and not (study.is_machine and study.agrees):
         said.reverse()
@@ -60,7 +60,7 @@ def finding(study: LoopStudy) -> str:
         said.append(f"Loads are not judged, and differ: {_first_differences(loads)}.")
     if words := settings_words(study):
         said.append(words)
-    if own.outcome is Outcome.COMPLETED and own.label == OWN:
+    if own.outcome is Outcome.COMPLETED and own.label == OWN_SETTINGS:
         best = min(
             (run for run in study.runs if run.errors), key=lambda run: max(run.errors["position"], run.gap or 0.0)
         )
@@ -73,7 +73,7 @@ def finding(study: LoopStudy) -> str:
 
 def _other_forces_words(study: LoopStudy) -> Iterator[str]:
     """Yield sentences on forces that are no loop forces, in the driven and the own run."""
-    driven, engine = study.own.acting, f"MuJoCo {study.engine_version}"
+    driven, engine = study.driven_run.acting, f"MuJoCo {study.engine_version}"
     named = {one.title for one in driven}
     yield from acting_sentences(driven, engine)
     alone = [one for one in study.shipped.acting if one.title not in named]
@@ -141,7 +141,7 @@ def _not_judged(study: LoopStudy) -> Iterator[str]:
 
 
 def _driven_run_words(study: LoopStudy) -> str:
-    own = study.own
+    own = study.driven_run
     if not study.is_machine and (other := study.compared) is not None:
         off = "" if other.off is None else f"; {other.point} is up to {in_mm(other.off)} off"
         if other.off is not None and replace(study, compared=replace(other, other_kinds=False)).is_machine:
@@ -213,7 +213,7 @@ def _run_verdict(study: LoopStudy, run: LoopRun) -> ColouredCell | str:
     )
 
 
-def what_moves(study: LoopStudy) -> Iterator[str]:
+def mobility_facts(study: LoopStudy) -> Iterator[str]:
     """Yield drives, mobility, redundant equations, idle joints, nearest singular configuration."""
     one, drives = study.mobility, ", ".join(f"`{name}={law}`" for name, law in study.question.drives.items())
     yield f"driven: {drives}; {quantity(study.seconds)} s; points go up to {in_mm(study.travel)} from their start"
@@ -234,7 +234,7 @@ def what_moves(study: LoopStudy) -> Iterator[str]:
     yield from study.remarks
 
 
-def how_exact(study: LoopStudy) -> Iterator[str]:
+def exactness_facts(study: LoopStudy) -> Iterator[str]:
     """Yield the differences of MuJoCo's kinematics, closed form and forces from the exact ones."""
     off = ", ".join(f"{name} {measured_text(size)}" for name, size in study.kinematic.items())
     yield f"kinematic mode: MuJoCo's own kinematics differ from the exact motion by {off}, over the largest of each"
@@ -302,8 +302,8 @@ def results_to_print(studies: Sequence[LoopStudy]) -> Iterator[PrintedPart]:
     for study in studies:
         yield verdict_line(f"{study.file}: {finding(study)}", study.passed)
         yield from (
-            *indented_under("what moves", what_moves(study)),
-            *indented_under("how exact", how_exact(study)),
+            *indented_under("what moves", mobility_facts(study)),
+            *indented_under("how exact", exactness_facts(study)),
             "",
         )
         yield runs_table(study)

@@ -14,7 +14,7 @@ from typing import Literal
 
 from conrod.comparison.trajectory import Outcome
 from conrod.execution.paired_timing import PairedTiming
-from conrod.mjcf.loop_results import LOOPS, OWN, LoopRun, SettingsSearch, ShippedRun, loop_limits
+from conrod.mjcf.loop_results import LOOPS, OWN_SETTINGS, LoopRun, SettingsSearch, ShippedRun, loop_limits
 
 Trial = tuple[LoopRun, ShippedRun]
 # What the file's own run has to do with settings: stay within the limit on its loops, or complete.
@@ -102,7 +102,7 @@ def _cheapest(
 
 def _cost(name: str, power: int, timing: Callable[[str], PairedTiming]) -> float:
     """Cost of a simulated second at a power of two of the own step, over that with the file's own settings."""
-    return (1.0 if name == OWN else timing(name).ratio) / 2.0**power
+    return (1.0 if name == OWN_SETTINGS else timing(name).ratio) / 2.0**power
 
 
 def _excess(run: LoopRun, shipped: ShippedRun, allowed: Mapping[str, float], need: Need, opening: float) -> float:

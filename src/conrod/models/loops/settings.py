@@ -20,14 +20,14 @@ from conrod.mjcf.driven_runs import SOLVER_TOLERANCE, preset_settings
 from conrod.mjcf.edits import Edit, Recipe
 from conrod.mjcf.hardenable import active_closures, weight_edits
 from conrod.mjcf.loading import name_or_number
-from conrod.mjcf.loop_results import OWN
+from conrod.mjcf.loop_results import OWN_SETTINGS
 
 # Preset of the closures and integrator (the preset's own where none is named) of all settings that are searched, those
 # that most often are the cheapest first. Under RK4 alone stiff servos and dampers fail at large steps.
 SEARCHED = {
     "hardened": ("hardened", ""),
     "tuned": ("tuned", ""),
-    OWN: (OWN, ""),
+    OWN_SETTINGS: (OWN_SETTINGS, ""),
     "tuned with implicitfast": ("tuned", "implicitfast"),
     "tuned with Euler": ("tuned", "Euler"),
     "tuned with implicit": ("tuned", "implicit"),
@@ -46,7 +46,7 @@ def settings_edits(model: mujoco.MjModel, name: str, step: float, period: float,
     """
     preset, integrator = SEARCHED[name]
     step, tolerance = _round_to_paste(step), Edit("tolerance", SOLVER_TOLERANCE)
-    if preset == OWN:
+    if preset == OWN_SETTINGS:
         return Edit("timestep", step), tolerance
     settings = preset_settings(preset, step, period, idle)
     if integrator:

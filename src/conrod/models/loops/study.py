@@ -33,7 +33,7 @@ from conrod.mjcf.loading import OWN_POSE, FoundPoint, check_finite, data_at_star
 from conrod.mjcf.loop_results import (
     FEWEST_STEPS,
     LABELS,
-    OWN,
+    OWN_SETTINGS,
     LoopRequest,
     LoopRun,
     LoopStudy,
@@ -244,18 +244,18 @@ class _LoopBench:
         drawn = None if exact is None else draw_judged_runs(self.model, exact, self.points, at_own, recorded)
         return tuple(at_own), tuple(others), drawn
 
-    def _run(self, label: str, finer: float, travel: float, recorded: dict[str, Array]) -> LoopRun:
-        """Run with `finer` times as many steps as the model's own, compared with the exact motion.
+    def _run(self, label: str, refinement: float, travel: float, recorded: dict[str, Array]) -> LoopRun:
+        """Run with `refinement` times as many steps as the model's own, compared with the exact motion.
 
         Args:
             recorded: takes the coordinates (nq, K) of a run at the model's own step, by its label.
         """
-        step = float(self.model.opt.timestep) / finer
+        step = float(self.model.opt.timestep) / refinement
         count = int(self.seconds / step + 1e-9)
         if not 2 <= count <= MAX_STEPS:
             return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MAX_STEPS:,} are made")
         run, coordinates = self._record_model(label, self._with_settings(label, step), travel)
-        if finer == 1.0:
+        if refinement == 1.0:
             recorded[label] = coordinates
         return run
 
@@ -295,7 +295,7 @@ class _LoopBench:
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset over one with the model's own settings, timed alternately."""
         step = float(self.model.opt.timestep)
-        return {OWN: 1.0} | {label: self._time(self._with_settings(label, step)).ratio for label in LABELS[1:]}
+        return {OWN_SETTINGS: 1.0} | {label: self._time(self._with_settings(label, step)).ratio for label in LABELS[1:]}
 
     def _time(self, model: mujoco.MjModel) -> PairedTiming:
         """Time a step of a model against one of the file's, alternately; both from the start of the exact motion."""
@@ -357,14 +357,14 @@ class _LoopBench:
         found = replace(found, python=python_lines(recipe), after_compiling="\n".join(after_compiling(recipe)))
         return found, mjcf_lines(path, self.model, recipe)
 
-    def _run_as_shipped(self, travel: float, label: str = OWN) -> ShippedRun:
+    def _run_as_shipped(self, travel: float, label: str = OWN_SETTINGS) -> ShippedRun:
         """Run the file as it is, with the requested controls.
 
         Args:
             travel: largest distance [m] that a judged point moves from its start.
-            label: `OWN`, or the preset whose settings replace those of the file.
+            label: `OWN_SETTINGS`, or the preset whose settings replace those of the file.
         """
-        own = label == OWN
+        own = label == OWN_SETTINGS
         model = copy.copy(self.model) if own else self._with_settings(label, float(self.model.opt.timestep))
         return self._run_shipped(model, travel)
 

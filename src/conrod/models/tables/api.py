@@ -64,10 +64,10 @@ def check_table(
 
         allowed = None if tolerance is None else check_tolerance(tolerance, ALL_TOLERANCE_NAMES)
         check_estimated(estimate)
-        words: dict[str, Any] = {"column": column_texts(columns), "unit": units, "estimate": ",".join(estimate)}
+        options: dict[str, Any] = {"column": column_texts(columns), "unit": units, "estimate": ",".join(estimate)}
         given = {"columns": columns, "units": units, "estimate": estimate, "tolerance": tolerance}
         call = text_of_call("check_table", shown or str(path), name, **given)
-        return table_findings(judge, path, shown, (name, machine), words, (baseline, accept), call)
+        return table_findings(judge, path, shown, (name, machine), options, (baseline, accept), call)
 
 
 def table_findings(
@@ -75,7 +75,7 @@ def table_findings(
     path: Path,
     shown: str | None,
     scene: tuple[str, Scene],
-    words: Mapping[str, Any],
+    options: Mapping[str, Any],
     baseline: tuple[str | Path | None, bool],
     call: str,
 ) -> Findings[TableStudy]:
@@ -86,18 +86,18 @@ def table_findings(
         path: the table or FMU.
         shown: name that the report states; None for the file's.
         scene: name and scene.
-        words: arguments that the result depends on, see `BaselineCheck.prepare`.
+        options: arguments that the result depends on, see `BaselineCheck.prepare`.
         baseline: file of the baseline, None for none, and whether to accept the result.
         call: the Python call that finds the same.
     """
-    check = BaselineCheck.prepare(baseline[0], dict([scene]), words, accept=baseline[1])
+    baseline_check = BaselineCheck.prepare(baseline[0], dict([scene]), options, accept=baseline[1])
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[list[TableStudy]]:
         with name_file_in_errors(path):
             return [[judge(one) for one in scenes.values()] for scenes in several]
 
     ((found,),) = find([dict([scene])])
-    compared = check.compare([found], find, table_lines) if check else None
+    compared = baseline_check.compare([found], find, table_lines) if baseline_check else None
     return Findings(
         trajectory.TABLE_REPORT, {trajectory.PART: replace(found, file=shown or found.file)}, call,
         typed={trajectory.PART: str(path)}, baseline=compared,

@@ -44,13 +44,15 @@ def ablate(
         InvalidInput: an argument cannot be used; says what can.
     """
     chosen = scenes_by_name(scenes)
-    able = {one: capability(one, ModelIngredients) for one in choose_engines(engines)}
-    unsupported = {one.name: found.reason for one, found in able.items() if isinstance(found, MissingCapability)}
+    capabilities = {one: capability(one, ModelIngredients) for one in choose_engines(engines)}
+    unsupported = {
+        one.name: found.reason for one, found in capabilities.items() if isinstance(found, MissingCapability)
+    }
     if steps_per_rev is not None:
         for name in chosen:
             check_sample_count(name, steps_per_rev, round(REVOLUTIONS))
     check_count("--rounds", rounds, MIN_ROUNDS, MAX_ROUNDS)
-    taken = [one for one in able if one.name not in unsupported]
+    taken = [one for one in capabilities if one.name not in unsupported]
     studies = [ablate_engine(*pair, one, steps_per_rev, rounds) for pair in chosen.items() for one in taken]
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
 

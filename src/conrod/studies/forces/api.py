@@ -55,29 +55,29 @@ def forces(
         InvalidInput: an argument cannot be used; says what can.
     """
     runs = runs or Runs()
-    chosen, able = scenes_by_name(scenes), choose_engines(engines)
+    chosen, chosen_engines = scenes_by_name(scenes), choose_engines(engines)
     quantities = None if quantities is None else as_names(quantities)
-    presets, asked = select_presets(able, preset), check_quantities(quantities, chosen)
+    presets, asked = select_presets(chosen_engines, preset), check_quantities(quantities, chosen)
     allowed = None if tolerance is None else check_tolerance(tolerance, asked)
     steps = make_plan(chosen, steps_per_rev, revolutions, None)
     plan = ForcePlan(steps.steps_per_revolution, steps.revolutions, allowed, asked)
-    words: dict[str, Any] = {
+    options: dict[str, Any] = {
         "engine": engine_names_given(engines),
         "preset": preset,
         "quantity": ",".join(quantities or asked),
     }
-    words |= {"steps-per-rev": steps_per_rev, "revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check = None
+    options |= {"steps-per-rev": steps_per_rev, "revolutions": None if revolutions == REVOLUTIONS else revolutions}
+    baseline_check = None
     if baseline or accept:
-        check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
-    runs = replace(runs, fresh=True) if check else runs
+        baseline_check = BaselineCheck.prepare(baseline, chosen, options, accept=accept)
+    runs = replace(runs, fresh=True) if baseline_check else runs
 
     def find(several: Sequence[Mapping[str, Scene]]) -> list[Sequence[ForceStudy]]:
         with Runner.open(runs) as runner:
-            return runner.pursue([presets_study(ForceCase, one, able, presets, plan) for one in several])
+            return runner.pursue([presets_study(ForceCase, one, chosen_engines, presets, plan) for one in several])
 
     (found,) = find([chosen])
-    compared = check.compare(found, find, scene_lines) if check else None
+    compared = baseline_check.compare(found, find, scene_lines) if baseline_check else None
     call = text_of_call(
         "forces",
         list(chosen),
@@ -85,7 +85,7 @@ def forces(
         engines=engine_names_given(engines),
         preset=preset,
         steps_per_rev=steps_per_rev,
-        revolutions=words["revolutions"],
+        revolutions=options["revolutions"],
         tolerance=tolerance,
     )
     return Findings(FORCES_REPORT, {study.name: study for study in found}, call, baseline=compared)

@@ -55,8 +55,8 @@ def free_motion(
     Raises:
         InvalidInput: an argument cannot be used, or a scene cannot move; says why.
     """
-    chosen, able = scenes_by_name(scenes), choose_engines(engines)
-    presets = select_presets(able, preset)
+    chosen, chosen_engines = scenes_by_name(scenes), choose_engines(engines)
+    presets = select_presets(chosen_engines, preset)
     longest = LONGEST_RUN if seconds is None else seconds
     check_number("--seconds", longest, SHORTEST_RUN, LONGEST_RUN, "s")
     if step is not None:
@@ -67,21 +67,21 @@ def free_motion(
         initial_grid(plan, seconds)
     for name, scene in chosen.items():
         plan.keep_acting_loads(scene.kinematics.mechanism, name)
-    words: dict[str, Any] = {"motion": plan.motion, "seconds": seconds, "step": step}
-    words |= {"engine": engine_names_given(engines), "preset": preset}
-    check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
-    runs = replace(runs or Runs(), fresh=True) if check else runs or Runs()
+    options: dict[str, Any] = {"motion": plan.motion, "seconds": seconds, "step": step}
+    options |= {"engine": engine_names_given(engines), "preset": preset}
+    baseline_check = BaselineCheck.prepare(baseline, chosen, options, accept=accept)
+    runs = replace(runs or Runs(), fresh=True) if baseline_check else runs or Runs()
 
     def find(plans: Sequence[MotionPlan]) -> list[list[MotionStudy]]:
         with Runner.open(runs) as runner:
-            return runner.pursue([motion_study(chosen, able, presets, one) for one in plans])
+            return runner.pursue([motion_study(chosen, chosen_engines, presets, one) for one in plans])
 
     (found,) = find([plan])
     compared = None
-    if check:
+    if baseline_check:
         # The start may be at rest, and no speed drives the motion: steps are otherwise in the last bits instead.
         plans = [replace(plan, step_factor=factor) for factor in STEP_FACTORS]
-        compared = check.compare(found, lambda _: find(plans), motion_lines)
+        compared = baseline_check.compare(found, lambda _: find(plans), motion_lines)
     call = text_of_call(
         "free_motion",
         list(chosen),

@@ -159,7 +159,7 @@ class MotionCase(JudgedCase[MotionResult]):
     def perform(self) -> MotionResult:
         return run_motion(self.name, self.course, self.loaded_engine, str(self.preset), self.plan)
 
-    def name_fields(self) -> dict[str, Any]:
+    def case_fields(self) -> dict[str, Any]:
         """The scene's name alone: a result of free motion has no parameters."""
         return {"scene": self.name}
 

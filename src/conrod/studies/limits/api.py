@@ -42,8 +42,8 @@ def limits(
     Raises:
         InvalidInput: an argument cannot be used; says what can.
     """
-    chosen, able = scenes_by_name(scenes), choose_engines(engines)
-    select_presets(able, preset)
+    chosen, chosen_engines = scenes_by_name(scenes), choose_engines(engines)
+    select_presets(chosen_engines, preset)
     axes = as_names(axes)
     for name in axes:
         if name not in SEARCHES:
@@ -52,7 +52,7 @@ def limits(
         raise InvalidInput(f"--range {span[0]:g}..{span[1]:g} needs one --axis to be the range of")
     ends = None if span is None else walk_ends(AXES[axes[0]], span)
     items = tuple(dict.fromkeys(axes))
-    plans = [plan_limits(name, scene, able, preset, items, ends) for name, scene in chosen.items()]
+    plans = [plan_limits(name, scene, chosen_engines, preset, items, ends) for name, scene in chosen.items()]
     check_applicable(plans)
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
         studies = pursue_plans(plans, run)

@@ -42,9 +42,9 @@ def sweep(
     Raises:
         InvalidInput: an argument cannot be used; says what can.
     """
-    chosen, able = scenes_by_name(scenes), choose_engines(engines)
+    chosen, chosen_engines = scenes_by_name(scenes), choose_engines(engines)
     swept = grid_named(grid)
-    plans = [plan_sweep(name, scene, able, swept) for name, scene in chosen.items()]
+    plans = [plan_sweep(name, scene, chosen_engines, swept) for name, scene in chosen.items()]
     with Runner.open(runs or Runs()) as runner:
         studies = runner.pursue([sweep_scene(plan, partial(time_cases, runner)) for plan in plans])
     call = text_of_call("sweep", list(chosen), grid=grid, engines=engine_names_given(engines))
@@ -77,9 +77,9 @@ def cheapest_settings(
     scene: OneScene, tolerance: Mapping[str, float | str | None], *, engines: Engines = None, runs: Runs | None = None
 ) -> list[Answer]:
     """The answer of each engine to `recommend`, with its settings as objects; arguments and errors as there."""
-    (name, chosen), able = scene_by_name(scene), choose_engines(engines)
+    (name, chosen), chosen_engines = scene_by_name(scene), choose_engines(engines)
     allowed = check_tolerances(tolerance)
-    plan = plan_sweep(name, chosen, able, "default")
+    plan = plan_sweep(name, chosen, chosen_engines, "default")
     with Runner.open(runs or Runs()) as runner, runner.case_runner() as run:
         return pursue(recommendation_studies(plan, allowed, partial(time_cases, runner), shipped_sweeps()), run)
 

@@ -90,10 +90,10 @@ def recommend(scene: str, asked: RecommendOptions) -> None:
     engines = choose_engines(asked.engine)
     wanted = files_to_write({"--model": asked.model}, {"the ledger": asked.ledger_file})
     files = check_outputs(RECOMMENDATION_REPORT, [name], asked, wanted)
-    able = {one.name: capability(one, ModelFile) for one in engines}
-    writers = {name: made for name, made in able.items() if not isinstance(made, MissingCapability)}
+    capabilities = {one.name: capability(one, ModelFile) for one in engines}
+    writers = {name: made for name, made in capabilities.items() if not isinstance(made, MissingCapability)}
     if asked.model and not writers:
-        raise InvalidInput(f"--model: {', '.join(able)} has no file of a model")
+        raise InvalidInput(f"--model: {', '.join(capabilities)} has no file of a model")
     if asked.model:
         writers = writers_of_ending(asked.model, writers)
     tolerance = {name: number_or_text(getattr(asked, name)) for name in ("position", "velocity", "acceleration")}

@@ -71,14 +71,14 @@ def validate(
         InvalidInput: an argument cannot be used; says what can.
     """
     runs = runs or Runs()
-    chosen, able = scenes_by_name(scenes), choose_engines(engines)
-    presets = select_presets(able, preset)
+    chosen, chosen_engines = scenes_by_name(scenes), choose_engines(engines)
+    presets = select_presets(chosen_engines, preset)
     # A run in which defects are planted is recorded whole.
     max_samples = MAX_KEPT_SAMPLES if qualify else MAX_STREAMED_SAMPLES
     plan = make_plan(chosen, steps_per_rev, revolutions, tolerance, max_samples)
-    words = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
-    words |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
-    check: BaselineCheck | None = None
+    options = {"engine": engine_names_given(engines), "preset": preset, "steps-per-rev": steps_per_rev}
+    options |= {"revolutions": None if revolutions == REVOLUTIONS else revolutions}
+    baseline_check: BaselineCheck | None = None
     if cost_ratio is not None:
         if baseline is None:
             raise InvalidInput("--cost-ratio: it is for a baseline, name its file with --baseline")
@@ -87,27 +87,28 @@ def validate(
         from conrod.execution.baseline_check import BaselineCheck, scene_lines
         from conrod.execution.run_cost import scene_costs
 
-        check = BaselineCheck.prepare(baseline, chosen, words, accept=accept)
-    runs = replace(runs, fresh=True) if check else runs  # what is compared is run: no earlier result answers for it
+        baseline_check = BaselineCheck.prepare(baseline, chosen, options, accept=accept)
+    # What is compared is run: no earlier result answers for it.
+    runs = replace(runs, fresh=True) if baseline_check else runs
 
     def validate_groups(groups: Sequence[Mapping[str, Scene]], qualify: bool) -> list[Sequence[SceneStudy]]:
         with Runner.open(runs) as runner:
-            return runner.pursue([_study_scenes(scenes, able, presets, plan, qualify) for scenes in groups])
+            return runner.pursue([_study_scenes(scenes, chosen_engines, presets, plan, qualify) for scenes in groups])
 
     (found,) = validate_groups([chosen], qualify)
     # A baseline measures its rounding bands by further runs, of the scenes at speeds that differ in the last bits.
     compared = None
-    if check:
+    if baseline_check:
         timed = {} if cost_ratio is None else scene_costs(found, chosen, plan)
         again = partial(validate_groups, qualify=False)
-        compared = check.compare(found, again, scene_lines, costs=timed, cost_ratio=cost_ratio or None)
+        compared = baseline_check.compare(found, again, scene_lines, costs=timed, cost_ratio=cost_ratio or None)
     call = text_of_call(
         "validate",
         list(chosen),
         engines=engine_names_given(engines),
         preset=preset,
         steps_per_rev=steps_per_rev,
-        revolutions=words["revolutions"],
+        revolutions=options["revolutions"],
         tolerance=tolerance,
         qualify=qualify,
     )

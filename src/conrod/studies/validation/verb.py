@@ -115,8 +115,8 @@ TAKEN_FIELDS = ("out", "document", "html", "tolerance", "verification", "title",
 
 def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
     """Judge machines in space by their own exact motion, driven as they are made for."""
-    from conrod.models.check.verb import CheckOptions, check_machines
+    from conrod.models.check.verb import CheckOptions, judge_loops
 
     options.refuse_others(asked, "a machine in space", *TAKEN_IN_SPACE)
     common = {name: getattr(asked, name) for name in TAKEN_FIELDS}
-    check_machines("validate", names, replace(CheckOptions(), engine=asked.engine, **common))
+    judge_loops("validate", names, replace(CheckOptions(), engine=asked.engine, **common))
