@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from conrod.errors import MAX_CHOICES, unknown_choice
+from pathlib import Path
+
+from conrod.errors import MAX_CHOICES, no_such_file, unknown_choice
 
 MANY = [f"joint_{number:02}" for number in range(40)]
 
@@ -23,3 +25,25 @@ def test_all_names_are_listed_if_none_is_near_or_they_are_few() -> None:
     for given, names in (("zzz", MANY), ("joint_07x", MANY[:MAX_CHOICES])):
         said = str(unknown_choice("joint", given, names, "conrod joints"))
         assert said.endswith(f"choose from {', '.join(names)}")
+
+
+def test_list_that_no_line_bears_is_cut_at_whole_names() -> None:
+    many = [f"machine_{number:03}" for number in range(100)]
+    said = str(unknown_choice("scene", "zzz", many, "conrod show"))
+    assert said.endswith(f"machine_011 and {100 - MAX_CHOICES} more; all: conrod show")
+    # Without a command that lists them all are named.
+    assert str(unknown_choice("scene", "zzz", many)).endswith(f"choose from {', '.join(many)}")
+
+
+def test_nothing_typed_is_near_to_nothing() -> None:
+    assert str(unknown_choice("pin", "", ["a", "b"])) == "unknown pin '': choose from a, b"
+
+
+def test_missing_file_names_the_nearest_of_its_kind(tmp_path: Path) -> None:
+    for name in ("saw.xml", "saw.csv", "press.xml"):
+        (tmp_path / name).touch()
+    assert str(no_such_file(tmp_path / "sow.xml")).endswith(f"no such file: did you mean '{tmp_path / 'saw.xml'}'?")
+    # Negative control: none is near, or only a file of another kind.
+    for name in ("gripper.xml", "sow.toml"):
+        assert str(no_such_file(tmp_path / name)) == f"{tmp_path / name}: there is no such file"
+    assert "there is no folder" in str(no_such_file(tmp_path / "none" / "saw.xml"))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import difflib
+import os
 import pickle
 import traceback
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
@@ -17,6 +19,8 @@ Value = TypeVar("Value")
 # are named where they are nearly as near; a name that was begun counts a little less than one typed to its end.
 MIN_LIKENESS, NEARLY_AS_LIKE, BEGUN_NAME_FACTOR = 0.49, 0.95, 0.75
 MAX_CHOICES = 12  # names that an error lists where one is near
+MAX_LISTED_CHARACTERS = 500  # of all names, where none is near
+MAX_FILES_LOOKED_AT, MIN_LIKENESS_OF_FILES = 1000, 0.65  # in a folder, for the nearest name
 
 
 # Characters that command a terminal or a reader, each as what is shown in its place: control characters but tab and
@@ -67,7 +71,8 @@ class Named(dict[str, T]):
 def unknown_choice(kind: str, given: str, choices: Iterable[str], listing: str = "") -> InvalidInput:
     """The error for a name that is not in a list of names.
 
-    A long list is cut where a name is near: to those that are nearest, or to the command that lists all.
+    A long list is cut where a name is near: to those that are nearest, or to the command that lists all. Where none is
+    near, it is cut to what a line bears.
 
     Args:
         listing: command that prints the names, such as `conrod show`; empty if there is none.
@@ -82,11 +87,15 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str], listing: str =
             return InvalidInput(f"unknown {kind} {given!r}: {hint}all: {listing}")
         more = f" and {len(names) - MAX_CHOICES} more"
         names = sorted(sorted(names, key=lambda name: -_likeness(given.casefold(), name))[:MAX_CHOICES])
+    elif listing and len(", ".join(names)) > MAX_LISTED_CHARACTERS:
+        more, names = f" and {len(names) - MAX_CHOICES} more; all: {listing}", names[:MAX_CHOICES]
     return InvalidInput(f"unknown {kind} {given!r}: {hint}choose from {', '.join(names)}{more}")
 
 
 def nearest(given: str, names: Iterable[str], max_names: int = 2) -> list[str]:
     """The names most similar to a mistyped one, the most similar first; empty if none is similar."""
+    if not given.strip():
+        return []
     typed = given.casefold()
     likely = sorted(((_likeness(typed, name), name) for name in names), key=lambda pair: -pair[0])
     best = likely[0][0] if likely else 0.0
@@ -107,6 +116,19 @@ def list_names(names: Iterable[str], max_names: int = 6) -> str:
     """Join names by commas, cut short after the first `max_names`."""
     every = list(names)
     return ", ".join(every[:max_names]) + (f" and {len(every) - max_names} more" if len(every) > max_names else "")
+
+
+def no_such_file(path: Path) -> InvalidInput:
+    """The error for a file that is not there: names the nearest file beside it, or the folder that is missing."""
+    with suppress(OSError):
+        if not path.parent.is_dir():
+            return InvalidInput(f"{path}: there is no such file: there is no folder {path.parent}")
+        names = [Path(one.name) for one in islice(os.scandir(path.parent), MAX_FILES_LOOKED_AT)]
+        stems = [name.stem for name in names if name.suffix == path.suffix]
+        if near := difflib.get_close_matches(path.stem, stems, n=2, cutoff=MIN_LIKENESS_OF_FILES):
+            beside = " or ".join(repr(str(path.with_name(stem + path.suffix))) for stem in near)
+            return InvalidInput(f"{path}: there is no such file: did you mean {beside}?")
+    return InvalidInput(f"{path}: there is no such file")
 
 
 def named_values(

@@ -49,7 +49,7 @@ def test_init_quotes_a_folder_with_a_space(tmp_path: Path) -> None:
     place = tmp_path / "my machine"
     said = CliRunner().invoke(cli, ["init", str(place)])
     assert f"next: conrod validate '{place / 'mechanism.toml'}'" in said.output
-    assert f"next: pytest '{place / 'test_mechanism.py'}'," in said.output
+    assert f"next: pip install pytest; python -m pytest '{place / 'test_mechanism.py'}'," in said.output
 
 
 def test_init_that_fails_leaves_no_empty_folder(tmp_path: Path) -> None:

@@ -133,7 +133,8 @@ def test_start_that_leads_to_other_branch_is_refused() -> None:
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
-        (b"", "there is no 'name'"),
+        (b"", "it is empty; `conrod init`"),
+        (b"# only a remark", "there is no 'name'"),
         (b"name = ", "it is no TOML"),
         (b"\xff\xfe", "no text in UTF-8"),
         (b"a = " + b"[" * 5000, "too deep"),
@@ -143,7 +144,7 @@ def test_start_that_leads_to_other_branch_is_refused() -> None:
         (b"#" * 300_000, "too large"),
         (b"name = 1979-05-27", "name = a date: a text is wanted"),
     ],
-    ids=["empty", "broken", "bytes", "deep", "long name", "quoted", "digits", "large", "date"],
+    ids=["empty", "remark", "broken", "bytes", "deep", "long name", "quoted", "digits", "large", "date"],
 )
 def test_file_error_names_the_file(tmp_path: Path, content: bytes, expected: str) -> None:
     path = tmp_path / "machine.toml"

@@ -39,11 +39,27 @@ class Verb(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta[TYPED] = list(args)
+        typed = list(args)
         try:
-            return super().parse_args(ctx, args)
-        except click.UsageError:
+            rest = super().parse_args(ctx, args)
+        except click.UsageError as error:
             refuse_old_spelling(ctx)
-            raise
+            from conrod.cli.usage_errors import usage_error
+
+            raise usage_error(ctx, error) from None
+        if not ctx.resilient_parsing:
+            self._refuse_repeats(ctx, typed)
+        return rest
+
+    def _refuse_repeats(self, ctx: click.Context, typed: list[str]) -> None:
+        """Refuse an option of one value that is given twice, of which click takes the last without a word."""
+        *_, order = self.make_parser(ctx).parse_args(args=typed.copy())
+        given = [one for one in order if isinstance(one, click.Option)]
+        for one in dict.fromkeys(given):
+            if given.count(one) > 1 and not (one.multiple or one.is_flag or one.count):
+                from conrod.cli.usage_errors import refuse_other_values
+
+                refuse_other_values(one, typed)
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         headings: dict[str, list[tuple[str, str]]] = {OPTIONS: []}

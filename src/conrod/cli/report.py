@@ -37,7 +37,8 @@ def report(directory: str, out: str | None, html: str | None, verify: bool) -> N
 
     folder = Path(directory)
     if not folder.is_dir():
-        raise InvalidInput(f"{directory}: no such folder")
+        words = " it is a file; give the folder of a report, or --verify for a verification report"
+        raise InvalidInput(f"{directory}:{words if folder.exists() else ' no such folder'}")
     page = files_to_write({"--html": html}).get("--html")
     target = None
     if out is not None or page is None:

@@ -235,6 +235,19 @@ def mechanism_file_bytes(given: str) -> bytes | None:
     return Path(given).read_bytes() if is_mechanism_file(given) else catalogue_text(given).encode()
 
 
+def _shipped_scene(name: str) -> Scene:
+    """Find a shipped scene; of a folder's name say that machines are no folders."""
+    try:
+        return scene_named(name)
+    except InvalidInput:
+        if name and Path(name).is_dir():
+            raise InvalidInput(
+                f"{name}: it is a folder; a machine goes by its name, which `conrod show` lists, or is a file that "
+                f"ends in {MECHANISM_FILE}"
+            ) from None
+        raise
+
+
 def _find_scenes(names: Sequence[str]) -> dict[str, Scene]:
     """Find scenes by name or file; a scene from a file has the name written in the file.
 
@@ -249,7 +262,7 @@ def _find_scenes(names: Sequence[str]) -> dict[str, Scene]:
             raise InvalidInput(
                 f"{given}: a machine goes by its name, or is a file that ends in {MECHANISM_FILE}{judged}"
             )
-        scene = _read_scene_file(given) if is_mechanism_file(given) else scene_named(given)
+        scene = _read_scene_file(given) if is_mechanism_file(given) else _shipped_scene(given)
         name = scene.kind if is_mechanism_file(given) else given
         if name in files or (is_mechanism_file(given) and (name in SCENES or name in scenes)):
             file = given if is_mechanism_file(given) else files[name]

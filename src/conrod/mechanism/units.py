@@ -156,6 +156,9 @@ def unit_in_prose(unit: str) -> str:
     return unit.replace("*", " ").replace("^2", "²").replace("^3", "³")
 
 
+MIN_SHOWN_BOUND = 1e-100  # a bound below stands for "more than nothing"
+
+
 def check_number(name: str, value: object, lowest: float, highest: float, unit: str = "") -> None:
     """Refuse a value that is not a finite number from `lowest` to `highest`.
 
@@ -166,7 +169,8 @@ def check_number(name: str, value: object, lowest: float, highest: float, unit: 
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
         raise InvalidInput(f"{name} = {value!r} is not a finite number")
     if not lowest <= value <= highest:
-        raise InvalidInput(f"{name} = {value:g}{suffix} is out of range: {lowest:g} <= {name} <= {highest:g}{suffix}")
+        above = "0 <" if 0.0 < lowest < MIN_SHOWN_BOUND else f"{lowest:g} <="
+        raise InvalidInput(f"{name} = {value:g}{suffix} is out of range: {above} {name} <= {highest:g}{suffix}")
 
 
 def check_count(name: str, value: object, lowest: int, highest: int) -> None:

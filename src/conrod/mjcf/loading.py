@@ -15,7 +15,7 @@ from conrod.errors import InvalidInput, list_names, unknown_choice
 from conrod.exact.motion import Array
 from conrod.mechanism.units import check_number
 from conrod.mjcf.request import Controls, PointPlace
-from conrod.mjcf.unknown_names import unknown_name_words
+from conrod.mjcf.unknown_names import malformed_xml_words, unknown_name_words
 from conrod.user_files.files import check_readable
 
 COUNT_FIELDS = {"joint": "njnt", "equality": "neq", "actuator": "nu"}
@@ -146,7 +146,8 @@ def load_model(path: Path) -> mujoco.MjModel:
                 return mujoco.MjModel.from_binary_path(str(path))
             return mujoco.MjModel.from_xml_path(str(path))
         except ValueError as error:
-            said = unknown_name_words(path, str(error)) or f"MuJoCo cannot load it: {' '.join(str(error).split())}"
+            said = unknown_name_words(path, str(error)) or malformed_xml_words(path, str(error))
+            said = said or f"MuJoCo cannot load it: {' '.join(str(error).split())}"
             raise InvalidInput(f"{path}: {said}") from None
 
 

@@ -1,4 +1,4 @@
-"""Names in a model file that no element has: what they were to name, and the nearest names."""
+"""Why MuJoCo refuses a model file: names that no element has, with the nearest ones, and text that is no XML."""
 
 from __future__ import annotations
 
@@ -19,6 +19,27 @@ ELEMENTS = {
     "joint": ("joint", "freejoint"), "jointinparent": ("joint",), "tendon": ("spatial", "fixed"), "site": ("site",),
     "body": ("body",), "geom": ("geom",), "actuator": (), "objname": ("body", "site", "geom", "camera"),
 }  # fmt: skip
+
+
+NOT_CLOSED = re.compile(r"XML_ERROR_MISMATCHED_ELEMENT.*name=([\w.-]+)", re.DOTALL)
+
+
+def malformed_xml_words(path: Path, error: str) -> str:
+    """Say where a file is no XML, by line and column; empty if MuJoCo refuses it for another reason.
+
+    Args:
+        error: what MuJoCo says of the file.
+    """
+    if "XML parse error" not in error:
+        return ""
+    try:
+        ET.parse(path)
+    except ET.ParseError as found:
+        opened = NOT_CLOSED.search(error)
+        return f"it is no XML: {found}" + (f"; <{opened[1]}> is opened and not closed" if opened else "")
+    except XML_ERRORS:
+        pass
+    return ""
 
 
 def unknown_name_words(path: Path, error: str) -> str:

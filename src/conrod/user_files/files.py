@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from importlib.metadata import distribution
 from pathlib import Path
 
-from conrod.errors import InvalidInput
+from conrod.errors import InvalidInput, no_such_file
 from conrod.scenes import SCENES, catalogue_names, dynamics_names
 
 FILE_ATTRIBUTE = re.compile(r"""\sfile\s*=\s*(["'])(.+?)\1""")
@@ -27,7 +27,7 @@ def check_readable(path: Path) -> None:
         InvalidInput: says why.
     """
     if not path.exists():
-        raise InvalidInput(f"{path}: there is no such file")
+        raise no_such_file(path)
     if not path.is_file():
         raise InvalidInput(f"{path}: it is a folder, not a file" if path.is_dir() else f"{path}: it is no regular file")
     if not os.access(path, os.R_OK):

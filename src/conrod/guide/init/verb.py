@@ -19,7 +19,10 @@ def init(folder: str) -> None:
     from conrod.guide.init.api import begin_project
 
     mechanism, test, workflow = begin_project(folder)
-    validate, run = shlex.join(("conrod", "validate", str(mechanism))), shlex.join(("pytest", str(test)))
+    validate, run = (
+        shlex.join(("conrod", "validate", str(mechanism))),
+        shlex.join(("python", "-m", "pytest", str(test))),
+    )
     say(f"{mechanism}: the machine, to be changed into yours; next: {validate}")
-    say(f"{test}: its test; next: {run}, whose first run writes the baselines")
+    say(f"{test}: its test; next: pip install pytest; {run}, whose first run writes the baselines")
     say(f"{workflow}: the same on a build server")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from conrod.errors import InvalidInput, unknown_choice
+from conrod.errors import InvalidInput, no_such_file, unknown_choice
 from conrod.mechanism.files.bodies import Places, read_bodies, read_points
 from conrod.mechanism.files.fields import MAX_SHOWN_CHARACTERS, PARAMETERS, SPEED_NAME, Fields, Numbers, check_name
 from conrod.mechanism.files.joints import read_drive, read_joints
@@ -235,14 +235,16 @@ def read_tables(path: Path) -> dict[str, Any]:
     """Read the tables of a TOML file; InvalidInput names the file and the line if it cannot be read."""
     try:
         if not path.is_file():
-            raise InvalidInput("it is no regular file" if path.exists() else "there is no such file")
+            raise InvalidInput("it is no regular file") if path.exists() else no_such_file(path)
         with path.open("rb") as file:
             content = file.read(MAX_FILE_BYTES + 1)
         if len(content) > MAX_FILE_BYTES:
             raise InvalidInput(f"it is too large: at most {MAX_FILE_BYTES // 1024} KiB are read")
+        if not content.strip():
+            raise InvalidInput("it is empty; `conrod init` writes a mechanism file to begin with")
         return parse_toml(content)
     except InvalidInput as error:
-        raise InvalidInput(f"{path}: {error}") from None
+        raise error if str(error).startswith(str(path)) else InvalidInput(f"{path}: {error}") from None
     except OSError as error:
         raise InvalidInput(f"{path}: it cannot be read: {error.strerror or error}") from None
 

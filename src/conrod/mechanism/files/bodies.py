@@ -134,9 +134,13 @@ def _bar_ends(fields: Fields, points: Mapping[str, Point]) -> list[str]:
     elif len(points) == 2:
         ends = list(points)
     else:
-        raise InvalidInput(
-            f"{fields.place}: a uniform bar with {len(points)} points needs ends, its two end points by name"
-        )
+        shown = ", ".join(points)[:MAX_SHOWN_CHARACTERS]
+        if len(points) > 2:
+            first, second, *_ = points
+            missing = f'which of {shown} are its ends is not said: give for instance ends = ["{first}", "{second}"]'
+        else:
+            missing = f"{shown or 'none'} alone is given: add its other end to points, such as O = [0, 0]"
+        raise InvalidInput(f"{fields.place}: a uniform bar lies between two points; {missing}")
     if math.dist(points[ends[0]], points[ends[1]]) < LENGTH.lowest:
         raise InvalidInput(f"{fields.place}: the ends of the uniform bar are one and the same place")
     return ends

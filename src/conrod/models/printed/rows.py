@@ -74,6 +74,8 @@ def read_rows(lines: Sequence[str], scene_of: Callable[[str], Scene]) -> Iterato
         if column not in COLUMNS and get_close_matches(column.casefold(), COLUMNS):
             raise unknown_choice("column", column, COLUMNS)
     needed = [column for column in NEEDED_COLUMNS if column != "angle_deg" or TIME_COLUMN not in names]
+    if not any(line.strip() for line in lines):
+        raise InvalidInput(f"it is empty; its first line has to name the columns: {', '.join(NEEDED_COLUMNS)}")
     if missing := [column for column in needed if column not in names]:
         raise InvalidInput(f"no column {missing[0]!r}; needed are {', '.join(NEEDED_COLUMNS)}")
     for fields in reader:

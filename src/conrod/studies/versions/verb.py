@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -47,6 +48,8 @@ def versions(engine: str, scenes: tuple[str, ...], asked: VersionsOptions) -> No
     from conrod.studies.versions.api import DEFAULT_SCENES, versions
     from conrod.studies.versions.report import VERSIONS_REPORT
 
+    if engine.lower().endswith(MODELS):
+        raise InvalidInput(f"{engine}: the engine comes first: conrod versions mujoco {shlex.join((engine, *scenes))}")
     engine_named(engine)
     if models := [name for name in scenes if name.lower().endswith(MODELS)]:
         _compare_models(engine, scenes, models, asked)
