@@ -103,7 +103,7 @@ def nearest(given: str, names: Iterable[str], max_names: int = 2) -> list[str]:
 
 
 def _likeness(typed: str, name: str) -> float:
-    """Share of letters that a name has in the same order as what was typed, in lower case."""
+    """Share of letters that a name and the typed text have in the same order, both in lower case."""
     # A name that was only begun ("saw") is as near as one with a wrong letter.
     whole, begun = name.casefold(), name.casefold()[: len(typed)]
     return max(

@@ -224,7 +224,7 @@ MAX_ROUNDS = 5  # of looking for processes to kill: one may fork while the other
 
 
 def popen_arguments(connection: int) -> dict[str, Any]:
-    """Return the arguments of Popen for a process with a connection of this one, in a session of its own.
+    """Return the arguments of Popen for a process that inherits a connection, in a separate session.
 
     The owner answers Ctrl-C at the terminal, and processes that an engine forks end with the group.
     """
@@ -260,7 +260,7 @@ def inherited_connection(descriptor: int, least: int) -> Any:
 
 
 def kill_group(process: int) -> None:
-    """Kill all processes of the group of a process, which may be empty; on Windows there are no groups."""
+    """Kill all processes in the group of a process; Windows has no groups."""
     if hasattr(os, "killpg"):
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process, signal.SIGKILL)

@@ -33,7 +33,7 @@ class DeferredLibrary:
 
 
 class DeferredFunctions(DeferredLibrary):
-    """A module of conrod whose functions import it when they are called: what an engine can do, and maybe need not."""
+    """A module of conrod that is imported when one of its functions is called."""
 
     def __getattr__(self, name: str) -> Any:
         def call(*arguments: Any, **named: Any) -> Any:

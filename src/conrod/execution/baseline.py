@@ -279,7 +279,7 @@ def compare_baselines(file: Path, before: Baseline, now: Baseline) -> BaselineCo
 
 
 def compare_costs(before: Baseline, now: Baseline, allowed: float | None) -> tuple[CostChange, ...]:
-    """Compare the costs of runs whose cost stands in both baselines."""
+    """Compare the costs of runs that both baselines have."""
     pairs = [(name, before.costs[name], cost) for name, cost in now.costs.items() if name in before.costs]
     return tuple(
         CostChange(name, cost.ratio / was.ratio, cost.low / was.high, cost.high / was.low, allowed)

@@ -243,7 +243,7 @@ def pursue(studies: Sequence[Study[Found]], run: Callable[[list[Any]], Results])
     waiting: dict[int, Sequence[Case]] = {}
 
     def advance(k: int, results: Results | None) -> None:
-        """Send results to study k; keep the cases that it asks for next, or what it found."""
+        """Send results to study k; keep the cases that the study asks for next, or its findings."""
         try:
             waiting[k] = next(studies[k]) if results is None else studies[k].send(results)
         except StopIteration as end:

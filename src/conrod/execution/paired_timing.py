@@ -63,7 +63,7 @@ class PairedTiming:
     rounds: int
 
     def against_noise(self, noise: PairedTiming) -> str:
-        """Return `slower` or `faster` where the interval is beyond 1 and beyond that of the same against itself."""
+        """Return `slower` or `faster` if the interval is beyond 1 and beyond that of two equal steppers."""
         if self.low > max(1.0, noise.high):
             return "slower"
         return "faster" if self.high < min(1.0, noise.low) else "within the spread"

@@ -173,7 +173,7 @@ class ReleaseProcesses:
             process.end()
 
     def call(self, version: str, process: int, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Call a function in a process of a release, told by its number; return the result.
+        """Call a function in the process of a release with this number; return the result.
 
         Raises:
             InvalidInput: the release cannot be installed, or the function refuses its input.

@@ -63,7 +63,7 @@ def draw_links(
     model: mujoco.MjModel, exact: Array | None, runs: Sequence[RunToDraw], points: Sequence[FoundPoint] = (),
     reference: str = "exact",
 ) -> MovingLinks | None:  # fmt: skip
-    """Draw runs of a model as moving lines; None of a model in which nothing moves or nothing can be drawn.
+    """Draw runs of a model as moving lines; None if nothing moves or nothing can be drawn.
 
     Args:
         exact: exact coordinates (nq, K) at the runs' instants; None where there is no exact motion.
@@ -108,7 +108,7 @@ def draw_links(
 
 
 def _clear_labels(labels: Sequence[tuple[int, str]], rows: Array) -> tuple[tuple[int, str], ...]:
-    """Leave out names of points that stay beside a named one in all rows (K, 2 P) of the picture."""
+    """Leave out the name of each point that stays beside a named point in all rows (K, 2 P) of the picture."""
     found = list[tuple[int, str]]()
     for k, name in labels:
         apart = [np.linalg.norm(rows[:, 2 * k : 2 * k + 2] - rows[:, 2 * j : 2 * j + 2], axis=1) for j, _ in found]

@@ -32,7 +32,7 @@ from conrod.mjcf.point_tracks import point_motions, point_noter
 FLYWHEEL_RATIO = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 STEPS_TOGETHER = 256  # whose forces are computed at once: a law costs as much at one time as at a hundred
-SAMPLES_TOGETHER = 128  # whose closures' forces are solved for at once
+INSTANTS_TOGETHER = 128  # at which forces of closures are solved for at once
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 RESET_REASON = "MuJoCo reset its state"
 
@@ -167,7 +167,7 @@ def driven_run(
 
     def note_forces(aside: mujoco.MjData) -> tuple[()]:
         nonlocal rows
-        if (acting := rows_of(aside)) is not rows or len(waiting) == SAMPLES_TOGETHER:
+        if (acting := rows_of(aside)) is not rows or len(waiting) == INSTANTS_TOGETHER:
             solve_waiting()
             rows = acting
         waiting.append(needed_forces(original, plain, aside))

@@ -35,7 +35,7 @@ def constraint_violations(model: mujoco.MjModel, data: mujoco.MjData, extent: fl
 
 
 def violation_reader(model: mujoco.MjModel, extent: float) -> Callable[[NDArray[np.int_], Array], Array]:
-    """Return a function that makes violations of a model's equalities (..., neq) of those of its rows (..., r).
+    """Return a function from violations of a model's rows (..., r) to those of its equalities (..., neq).
 
     Its first argument is the equality (r,) that each row belongs to. What an equality measures is looked up once.
     """

@@ -36,7 +36,7 @@ class PictureView:
 
 
 def view_of(tracks: Array) -> PictureView:
-    """Choose the view of points (T, P, 3): the plane of their motion if there is one, else the oblique projection."""
+    """Choose the view of points (T, P, 3): the plane of their motion, or an oblique projection in space."""
     normal = _plane_normal(tracks)
     if normal is None:
         return PictureView(OBLIQUE_WORDS, OBLIQUE)

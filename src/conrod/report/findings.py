@@ -92,7 +92,7 @@ class Findings(NotebookResult, Mapping[str, F], Generic[F]):
         return [part for part in self.kind.printed(list(parts)) if isinstance(part, Table) and part]
 
     def to_pandas(self, table: int = 0) -> DataFrame:
-        """Return a table of each machine or file, one below the other, as a data frame of pandas.
+        """Return the tables of all machines or files, stacked, as a data frame of pandas.
 
         Args:
             table: its place in the tables of one of them.

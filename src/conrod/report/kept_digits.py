@@ -71,7 +71,7 @@ def _kept_mapping(
 
 
 def _kept_witness(before: Any, now: Any) -> Any:
-    """Return the earlier misfits of a run that is found again; the new ones if one is beyond what is allowed."""
+    """Return the earlier misfits of a run that is found again; the new misfits if one is out of bounds."""
     if not isinstance(before, dict) or not isinstance(now, dict) or before.keys() != now.keys():
         return now
     within = all(one["difference"] <= one["allowed"] for one in (*before.values(), *now.values()))

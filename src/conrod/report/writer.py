@@ -99,7 +99,7 @@ def _saved_values(before: ReportFolder, name: str, findings: Any, command: str) 
 def _found_again(
     before: ReportFolder, head: Mapping[str, Any], entries: Mapping[str, Any], saved: Mapping[str, Any]
 ) -> bool:
-    """Return True if a report's engines and findings equal those that the folder has."""
+    """Return True if a report's engines and findings equal the folder's."""
     was, now = before.document.get("environment", {}), head["environment"]
     if before.entries.keys() != entries.keys() or any(was.get(name) != now[name] for name in engine_packages()):
         return False

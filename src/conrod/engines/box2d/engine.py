@@ -282,7 +282,7 @@ def run(
     states = stepper.states()
 
     def record(_: int, times: Array) -> RecordedPiece:
-        """Read the samples at times (T,) [s], of which the first repeat the known ones."""
+        """Read the samples at times (T,) [s]; the first of these times may have samples already."""
         known[:] = known[-PRECEDING_SAMPLES:]
         known.extend(islice(states, len(times) - len(known)))
         read = np.array(known).swapaxes(0, 1)

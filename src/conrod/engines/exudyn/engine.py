@@ -194,7 +194,7 @@ class ExudynStepper:
         data, found = self._made.system.systemData, list[list[Array]]()
 
         def record(*_: object) -> bool:
-            """Record coordinates and their rates after a step; True, so that the solver goes on."""
+            """Record coordinates and their rates after a step; return True, which lets the solver continue."""
             found.append([data.GetODE2Coordinates(), data.GetODE2Coordinates_t(), data.GetODE2Coordinates_tt()])
             return True
 

@@ -144,7 +144,7 @@ def run(
     turns_of_rods = made.rod_rotations(machine.kinematics.poses(np.array([start_angle]))[0]) if made.rods else []
 
     def record(_: int, times: Array) -> RecordedPiece:
-        """Read the samples at times (T,) [s], of which the first repeat the known ones."""
+        """Read the samples at times (T,) [s]; the first of these times may have samples already."""
         nonlocal known, turns_of_rods
         # The engine sums speed x step; angles from the step index do not drift. They are written at every step, because
         # the drift of a revolution, corrected at once, would be seen in the acceleration.

@@ -100,7 +100,7 @@ class Poses:
         return place_beside(self.places[point.body], self.turns[point.body], point.offset)
 
     def axes(self, joint: SpatialJoint) -> Array:
-        """Axes (3, n, T) of a joint's n rates; those of a free joint's rotation alone."""
+        """Axes (3, n, T) of a joint's n rates; of a free joint the axes of rotation alone."""
         frame = self.frames[joint.rate]
         if joint.kind in ("ball", "free"):
             return frame

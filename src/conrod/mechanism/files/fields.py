@@ -77,7 +77,7 @@ class Numbers:
         return value
 
     def _is_bare(self, given: object) -> bool:
-        """True if a number, or the parameter that it names, has no unit; record such a parameter in `bare`."""
+        """True if a number, or a named parameter, has no unit; record such a parameter in `bare`."""
         if reference := self._reference(given):
             name = reference["name"]
             bare = name not in self.given_anew and self._is_bare(self.named[name])

@@ -66,7 +66,7 @@ class HardenedModel(NotebookResult):
         return f"not hardened: {'; '.join(self.refusals)}" if self.refusals else "hardened"
 
     def tables(self) -> list[Table]:
-        """Figures of the model as it is beside those of the hardened one; no table without runs."""
+        """Figures of the model and of the hardened model, side by side; no table without runs."""
         names = tuple(variant.name for variant in self.variants)
         return [table(("", *names), self._rows(), names, "largest in the run")] if self.variants else []
 

@@ -258,7 +258,7 @@ class ReferenceMotion(NamedTuple):
 
 
 def reference_motion(hard: mujoco.MjModel, first: Run, state: Array, steps: int, every: int) -> ReferenceMotion:
-    """Return the motion of the hardened model under RK4 as its step goes to zero, as far as runs tell.
+    """Return the motion of the hardened model under RK4 in the limit of a step of zero, estimated from runs.
 
     What a soft loop adds to the motion is thus an error, as it is for the user.
 

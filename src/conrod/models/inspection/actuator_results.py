@@ -225,7 +225,7 @@ class ActuatorResult:
         return tuple(self._alarms())
 
     def _alarms(self) -> Iterator[str]:
-        """Yield what is wrong with the actuator, each fault in a clause."""
+        """Yield each fault of the actuator, in a clause."""
         if self.broke:
             yield self.steps.words if self.steps is not None and self.steps.diverges else f"diverges: {self.broke}"
             return

@@ -93,7 +93,7 @@ def sections(study: Inspection) -> Iterator[tuple[str, list[str]]]:
 
 
 def _loading_lines(found: Loading) -> Iterator[str]:
-    """Yield the answer to whether the model loads: its parts, size and mass, and what was left out."""
+    """Yield the answer to whether the model loads: its parts, size and mass, and missing files."""
     parts = [
         _count_text(found.bodies, "body", "bodies"), _count_text(found.joints, "joint"),
         _count_text(found.closures, "closure"), _count_text(found.actuators, "actuator"),
@@ -104,7 +104,7 @@ def _loading_lines(found: Loading) -> Iterator[str]:
 
 
 def _closing_lines(found: Closing) -> Iterator[str]:
-    """Yield the answer to whether the model's loops close: its poses, and what is open in them."""
+    """Yield the answer to whether the model's loops close: its poses, and the open closures of each."""
     if not found.start.gaps:
         yield "it has no closed loop that acts" if found.remarks else "it has no closed loop"
     for pose in found.poses if found.start.gaps else ():

@@ -152,7 +152,7 @@ class Moving:
 
     @property
     def passed(self) -> bool:
-        """True if something can move, no run broke off, and no servo is too weak or misses what it is told."""
+        """True if something can move, no run broke off, and no servo is too weak or misses its command."""
         broke = [one.broke for one in self.actuators]
         broke += [*(one.broke for one in self.keyframes), *(one.broke for one in self.followed)]
         weak = [

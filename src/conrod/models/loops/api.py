@@ -135,7 +135,7 @@ def _check_all(
     *,
     recall: bool = False,
 ) -> Generator[tuple[str, LoopStudy], None, None]:
-    """Judge models one after the other, and machines in space side by side; yield names in the report, and studies.
+    """Judge models in turn, and machines in space in parallel; yield name in the report and study of each.
 
     Args:
         recall: whether the ledger is asked.

@@ -77,7 +77,7 @@ def settings_words(study: LoopStudy) -> str:
 
 
 def _trial_words(study: LoopStudy, run: LoopRun, allowed: Mapping[str, float]) -> str:
-    """Describe a run: its settings, and each error that exceeds what is allowed."""
+    """Describe a run: its settings, and each error out of tolerance."""
     settings = f"{run.label} with a step of {quantity(1e3 * run.timestep)} ms"
     if run.outcome is not Outcome.COMPLETED:
         return f"{settings} ended as {run.outcome.slug}: {run.reason}"

@@ -44,7 +44,7 @@ def slide_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
 
 
 def _slide_words(offset: float, tilt: float, parts: tuple[int, ...]) -> str:
-    """Describe the offset [m] (part 0) and the tilt [rad] (part 1) of a slide, or one of these `parts`."""
+    """Describe a slide by its offset [m], part 0, and its tilt [rad], part 1, as far as they are among `parts`."""
     side = "left" if offset > 0.0 else "right"
     words = (f"offset by {1e3 * abs(offset):.4g} mm to the {side} of its direction",
              f"tilted by {math.degrees(tilt):.4g} deg about its point on the ground")  # fmt: skip

@@ -50,7 +50,7 @@ class PageSection:
 
 
 class SitePlace(NamedTuple):
-    """A part of a site, to which the head of each of its pages leads.
+    """A part of a site, linked from the head of each page.
 
     Attributes:
         name: its name in the head.

@@ -106,7 +106,7 @@ class TimeGrid:
         return TimeGrid(self.step / divisor, self.stride * divisor, self.count)
 
     def with_step_divided(self, divisor: Fraction) -> tuple[TimeGrid, int]:
-        """Return a grid with the step size divided, and the number of these instants from one of its own to the next.
+        """Return a grid with the step size divided, and how many instants of this grid one of its intervals spans.
 
         That is 1 unless a longer step does not lead to each instant.
         """
