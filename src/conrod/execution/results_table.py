@@ -67,6 +67,7 @@ def _table_value(value: Any) -> Any:
 
 
 def _result_columns(result: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns of the table that hold what a run gave: outcome, errors, predictions."""
     closure, phase, drive, prediction, sizes = (
         result.get(name) or {} for name in ("closure", "phase", "drive", "prediction", SIZES)
     )

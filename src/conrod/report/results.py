@@ -316,4 +316,5 @@ def _worst_error_words(engine: str, runs: Iterable[tuple[str, Mapping[str, Any]]
 
 
 def _metres(run: Mapping[str, Any]) -> float:
+    """Return the largest position error of a run [m]; 0 if it has none."""
     return run.get("position_m") or 0.0

@@ -43,7 +43,7 @@ class Encoding:
 def decode_text(content: bytes, wanted: Sequence[str] = ()) -> tuple[str, str]:
     """Decode bytes to text; return the text and the name of its encoding.
 
-    Where bytes alone do not tell, the encoding is that in which the text has what is wanted of it, or else that in
+    Where bytes alone do not tell, the encoding is that in which the text has the `wanted` words, or else that in
     which its letters are the most plausible ones.
 
     Args:

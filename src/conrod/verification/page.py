@@ -95,6 +95,7 @@ def statement_changes(before: Verification, after: Verification) -> tuple[str, .
 
 
 def _changes_by_row(before: Statements, after: Statements) -> Iterator[str]:
+    """Yield each row of each section that changed, was added or is gone, with both texts."""
     for name in dict.fromkeys([*before, *after]):
         old, new = before.get(name, {}), after.get(name, {})
         if name not in (CRITERIA, OPEN) and bool(old) != bool(new):

@@ -113,6 +113,7 @@ class Dossier:
         say(f"report: {self.file}")
 
     def _report(self, study: Any, verdict: str) -> Verification:
+        """Return the verification report of a study, all sections filled in."""
         scene, subject, data = self.scene, self.subject, self.uncertainties.get(MEASUREMENTS)
         found, deviations = study_sections(study)
         if scene is not None:

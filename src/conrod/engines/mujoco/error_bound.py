@@ -106,6 +106,7 @@ def rk4_local_errors(tree: SpanningTree, course: DrivenCourse, constant: float, 
     h = max(step, min(MIN_SPACING, constant / STEPS_PER_TIME_CONSTANT))
 
     def acceleration(q: Array, rate: Array, ahead: float) -> Array:
+        """Accelerations of the coordinates by the closures' springs, the crank `ahead` of the step's begin [rad]."""
         poses, speeds = tree.forward_kinematics(q, rate)
         pull = course.joint_gaps([poses, speeds, np.zeros_like(poses)], ahead)
         pull += 2.0 / constant * course.joint_gaps([poses, speeds], ahead)

@@ -49,7 +49,7 @@ def remove_contact(made: PymunkSpace) -> None:
 
 
 def duplicate_joints(made: PymunkSpace) -> None:
-    """Add a second joint to every one."""
+    """Add a copy of every joint."""
     for constraint, name in list(made.names.items()):
         kind: type[Any] = type(constraint)
         parts = (getattr(constraint, part) for part in constraint_fields()[kind])

@@ -128,6 +128,7 @@ def _pose_line(pose: PoseOpening, named: bool) -> str:
 
 
 def _pose_text(pose: str) -> str:
+    """Return a pose as an attribute of MJCF, or where a pose too long for a sentence is printed."""
     return f'qpos="{pose}"' if len(pose.split()) <= MAX_POSE_NUMBERS else "printed by `conrod lint`"
 
 

@@ -23,7 +23,7 @@ def inspect_models(
         asked: options of `conrod check`.
         unit: unit of the models' lengths; None for metres.
         drives: laws of actuators, or of joints outside loops.
-        said: names of files of which it was said that they are running.
+        said: names of files whose run was announced before.
     """
     from conrod.cli.outputs import check_outputs, exit_with_verdict
     from conrod.execution.local import FILE_TIMEOUT

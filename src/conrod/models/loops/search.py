@@ -50,6 +50,7 @@ def search_settings(
     opening = max(loop_limits(allowed).get(LOOPS, math.inf), 0.0 if own.driven else own.gap)
 
     def excess(need: Need, name: str, power: int) -> float:
+        """How far a setting misses a need, at a step of 2^power times the model's own; each is run once."""
         if (name, power) not in tried:
             tried[name, power] = run_at(name, step * 2.0**power)
         return _excess(*tried[name, power], allowed, need, opening)

@@ -129,6 +129,7 @@ def mjcf_lines(path: Path, model: mujoco.MjModel, recipe: Recipe) -> str:
 
 
 def _same_rows(one: np.typing.NDArray[np.float64], other: np.typing.NDArray[np.float64], rows: Sequence[int]) -> bool:
+    """True if two arrays agree in some rows."""
     return bool(np.array_equal(one[list(rows)], other[list(rows)]))
 
 

@@ -48,7 +48,7 @@ def start_state(scene: Scene, dynamics: ForwardDynamics, start: CrankStart) -> t
 
 
 def exact_motion(name: str, scene: Scene, torque: Torque, start: CrankStart, times: Array) -> FreeMotion:
-    """The exact motion at times (T,) [s], growing from 0 on.
+    """The exact motion at increasing times (T,) [s], from a start at time 0.
 
     Raises:
         InvalidInput: the machine cannot move so; says why.
