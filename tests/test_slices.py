@@ -24,6 +24,7 @@ ON_DEMAND = {
     ("models.check", "models.torque_runs"),
     ("models.check", "verification"), ("studies.validation", "models.check"),
     ("models.check", "studies.detection"), ("guide.explain", "models.lint"),
+    ("guide.explain", "studies.limits"),
     ("models.check", "models.inspection"),
     ("studies.versions", "models.upgrades"),
 }  # fmt: skip

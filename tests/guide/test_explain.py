@@ -17,6 +17,8 @@ from conrod.errors import InvalidInput
 from conrod.guide.explain import sources
 from conrod.guide.explain.sources import explanations, glossary_terms
 from conrod.models.lint.linting import RULES
+from conrod.studies.ablate.findings import IngredientVerdict
+from conrod.studies.limits.axes import AXES
 
 KNOWN = tuple(explanations())
 
@@ -24,7 +26,8 @@ KNOWN = tuple(explanations())
 def test_explain_knows_what_results_and_tables_print() -> None:
     words = {one.word for one in KNOWN}
     presets = {preset for engine in engine_names() for preset in presets_of(engine)}
-    printed = {*(one.slug for one in Outcome), *presets, *RULES, *COMPARED_QUANTITIES}
+    printed = {*(one.slug for one in Outcome), *presets, *RULES, *COMPARED_QUANTITIES, *AXES}
+    printed |= {one.value for one in IngredientVerdict} | {"strays", "its own run", "as it is"}
     assert printed | {"within tolerance", "out of tolerance", "measured", "cannot be trusted"} <= words
     assert all(one.advice for one in KNOWN if one.kind == "outcome of a run")
     assert all(one.meaning for one in KNOWN)
@@ -40,8 +43,30 @@ def test_explain_points_to_pages_and_headings_that_exist() -> None:
     for one in KNOWN:
         page, _, heading = one.page.partition("#")
         text = (docs / page).read_text("utf-8")
-        anchors = [line.lstrip("# ").lower().replace(",", "").replace("`", "") for line in text.splitlines()]
-        assert not heading or heading.replace("-", " ") in [line.replace("-", " ") for line in anchors], one.page
+        lines = [line.lstrip("# ").lower().rstrip("?") for line in text.splitlines()]
+        anchors = [line.replace(",", "").replace("`", "").replace("-", " ") for line in lines]
+        assert not heading or heading.replace("-", " ") in anchors, one.page
+
+
+def test_explain_knows_the_ingredients_of_all_committed_ablations() -> None:
+    studies = json.loads((Path(__file__).parents[2] / "reports" / "ablate" / "results.json").read_text("utf-8"))
+    words = {(one.kind, one.word) for one in KNOWN}
+    named = {
+        (f"ingredient of {engine}", name)
+        for part in studies["parts"].values()
+        for engine, verdicts in part["summary"]["verdicts"].items()
+        for name in verdicts
+    }
+    assert len(named) > 25
+    assert named <= words
+    # Negative control: an ingredient of the other engine.
+    assert ("ingredient of pymunk", "fwdinv") not in words
+
+
+def test_column_of_the_ledger_is_explained_by_its_parts() -> None:
+    assert [one.word for one in conrod.explain("position_max")] == ["position", "max"]
+    with pytest.raises(InvalidInput, match="unknown word 'position_mux'"):
+        conrod.explain("position_mux")
 
 
 def test_glossary_gives_each_heading_and_emphasised_word() -> None:

@@ -14,6 +14,9 @@ import conrod
 from conrod.slices import SLICES
 
 PACKAGE = "conrod.guide.explain"
+# Tables of words.toml that have a page for each word, with what their words are.
+KINDS = {"verdict": "verdict", "row": "row of `conrod check`", "quantity": "error that is compared"}
+EXAMPLES = ("saw-500rpm", "cam-follower")  # machines that between them have all ingredients
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,13 @@ def explanations() -> Iterator[WordMeaning]:
     """Yield the meanings of all words: words of results first, then the glossary's terms."""
     words = tomllib.loads(files(PACKAGE).joinpath("words.toml").read_text("utf-8"))
     yield from _outcomes(words["outcome"])
-    for kind, title in (("verdict", "verdict"), ("quantity", "error that is compared")):
+    for kind, title in KINDS.items():
         for word, entry in words[kind].items():
             yield WordMeaning(word, title, entry["means"], entry.get("advice", ""), entry["page"])
     yield from _presets()
     yield from _lint_rules()
+    yield from _ingredients()
+    yield from _axes()
     for word, meaning in words["column"].items():
         yield WordMeaning(word, "column of `conrod results`", meaning, page="running.md")
     yield from glossary_terms(glossary_text())
@@ -54,8 +59,8 @@ def words_to_complete() -> dict[str, None]:
 
     kinds = tomllib.loads(files(PACKAGE).joinpath("words.toml").read_text("utf-8"))
     presets = (preset for engine in engine_names() for preset in presets_of(engine))
-    named = (*(outcome.slug for outcome in Outcome), *kinds["verdict"], *kinds["quantity"], *presets)
-    terms = (one.word for one in (*_lint_rules(), *glossary_terms(glossary_text())))
+    named = (*(outcome.slug for outcome in Outcome), *(word for kind in KINDS for word in kinds[kind]), *presets)
+    terms = (one.word for one in (*_lint_rules(), *_ingredients(), *_axes(), *glossary_terms(glossary_text())))
     return dict.fromkeys((*named, *kinds["column"], *terms))
 
 
@@ -90,6 +95,36 @@ def _lint_rules() -> Iterator[WordMeaning]:
         meaning = " ".join((rule.__doc__ or "").split())
         advice = f"A finding gives its own fix; `--ignore {name}` leaves the rule out."
         yield WordMeaning(name, "rule of `conrod lint`", meaning, advice, "lint.md#rules")
+
+
+def _ingredients() -> Iterator[WordMeaning]:
+    if not any(one.folder == "studies.ablate" for one in SLICES):
+        return
+    from conrod.engines import loadable_engines
+    from conrod.engines.capabilities import ModelIngredients
+    from conrod.engines.engine import default_steps
+    from conrod.scenes import SCENES
+
+    for engine in loadable_engines()[0]:
+        if not isinstance(engine, ModelIngredients):
+            continue
+        found: dict[str, str] = {}
+        for machine in (SCENES[name] for name in EXAMPLES):
+            minimal = engine.minimal_settings(machine, default_steps(machine))
+            found = {one.name: one.meaning for one in engine.ingredients(machine, minimal)} | found
+        for name, meaning in found.items():
+            yield WordMeaning(name, f"ingredient of {engine.name}", meaning, page="ablate.md")
+
+
+def _axes() -> Iterator[WordMeaning]:
+    if not any(one.folder == "studies.limits" for one in SLICES):
+        return
+    from conrod.studies.limits.axes import AXES
+
+    for axis in AXES.values():
+        label = "" if axis.label.lower() == axis.title.lower() else f" ({axis.label})"
+        meaning = f"{axis.title}{label}: varied by `conrod limits` until the engine fails."
+        yield WordMeaning(axis.name, "axis of `conrod limits`", meaning, page="limits.md#the-axes")
 
 
 # -- glossary ----------------------------------------------------------------------------------------------------------

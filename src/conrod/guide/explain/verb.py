@@ -21,7 +21,8 @@ def _words(context: click.Context, parameter: click.Parameter, typed: str) -> li
 @click.argument("words", nargs=-1, metavar="[WORD...]", shell_complete=_words)
 @options.document
 def explain(words: tuple[str, ...], document: str | None) -> None:
-    """Explain a WORD that conrod prints: an outcome, verdict, preset, rule, quantity, column or term.
+    """Explain a WORD that conrod prints: an outcome, verdict, preset, rule, ingredient, axis, quantity, column or
+    term.
 
     Without a WORD all that can be explained are listed.
     """

@@ -172,6 +172,8 @@ def results_to_print(studies: Sequence[AblationStudy]) -> Iterator[PrintedPart]:
                 yield f"{found.engine}: {absent_words(found)}"
             yield speed_up(found).replace("**", "")
         yield from (f"{name} unsupported: {why}" for name, why in study.unsupported.items())
+    if named := [one.name for study in studies for found in study.engines for one in found.ingredients]:
+        yield f"what an ingredient is, or a verdict: conrod explain {named[0]}"
 
 
 def verdict(study: AblationStudy) -> str:
