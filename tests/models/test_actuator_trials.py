@@ -12,8 +12,7 @@ import pytest
 from conrod.mjcf.loading import data_at_start
 from conrod.models.inspection.actuator_results import ActuatorResult
 from conrod.models.inspection.actuators import try_actuators
-from conrod.models.inspection.moving import count_model_mobility
-from conrod.models.inspection.moving_study import study_moving
+from conrod.models.inspection.moving import count_model_mobility, study_moving
 from conrod.models.inspection.results import Moving
 
 MASS, KP, STEP, WEIGHT = 2.0, 2000.0, 0.002, 2.0 * 9.81

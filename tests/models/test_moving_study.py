@@ -14,9 +14,8 @@ from conrod.mjcf.loading import data_at_start
 from conrod.models.inspection.energy import free_energy
 from conrod.models.inspection.following import drives_of_joints, follow_laws
 from conrod.models.inspection.keyframe_holds import hold_keyframes
-from conrod.models.inspection.moving import count_model_mobility
+from conrod.models.inspection.moving import count_model_mobility, study_moving
 from conrod.models.inspection.moving_results import LawResponse
-from conrod.models.inspection.moving_study import study_moving
 
 MASS, GRAVITY, KP, KV, STEP = 2.0, 9.81, 2000.0, 120.0, 0.002
 SERVO = f'<position name="servo" joint="lift" kp="{KP}" kv="{KV}" ctrlrange="-0.4 0.4"/>'

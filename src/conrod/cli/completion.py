@@ -9,7 +9,7 @@ from typing import TypeAlias
 import click
 from click.shell_completion import CompletionItem
 
-from conrod.user_files.endings import MODELS
+from conrod.user_files import MODELS
 
 TYPED = "conrod.typed"  # words of the command line, in the context of a verb
 Completer: TypeAlias = Callable[[click.Context, click.Parameter, str], "list[CompletionItem]"]

@@ -12,7 +12,7 @@ from click.shell_completion import CompletionItem
 
 from conrod.cli.completion import matching_names, words_given
 from conrod.errors import InvalidInput
-from conrod.user_files.endings import FILES, MODELS
+from conrod.user_files import FILES, MODELS
 
 if TYPE_CHECKING:
     from conrod.scenes import Scene

@@ -78,7 +78,7 @@ def _names_machine_in_space(words: Sequence[str]) -> bool:
 
 
 def _is_file(name: str) -> bool:
-    from conrod.user_files.endings import FILES
+    from conrod.user_files import FILES
 
     return name.lower().endswith(FILES)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.engine import STOCK
 from conrod.exact.motion import Array
+from conrod.exact.space.motion import SpatialMotion
 from conrod.mjcf.link_sketch import sketch_links
 from conrod.mjcf.loading import FoundPoint
-from conrod.mjcf.loop_results import OWN_SETTINGS
+from conrod.mjcf.loop_results import OWN_SETTINGS, LoopRun
 from conrod.mjcf.picture_planes import PictureView, view_of
 from conrod.report.drawing.moving_links import GEOM, DrawnRun, LinkShape, MovingLinks
 from conrod.report.numbers import round_to_digits
@@ -135,3 +136,25 @@ def _fit_picture(view: PictureView, tracks: Sequence[Array], still: Array) -> tu
     sides += 2.0 * MARGIN * DRAWING_UNITS
     left, top = middle - 0.5 * sides
     return scale, (round(float(left)), round(float(top)), round(float(sides[0])), round(float(sides[1])))
+
+
+# -- judged runs over the exact motion ---------------------------------------------------------------------------------
+
+
+def draw_judged_runs(
+    model: mujoco.MjModel, exact: SpatialMotion, points: Sequence[FoundPoint], runs: Sequence[LoopRun],
+    recorded: Mapping[str, Array],
+) -> MovingLinks | None:  # fmt: skip
+    """Draw runs over the exact motion at the same instants; None if nothing can be drawn.
+
+    Args:
+        points: judged points.
+        recorded: coordinates (nq, K) of each run, by its label; fewer instants if it broke off.
+    """
+    shown, drawn = frame_indices(len(exact.times)), list[RunToDraw]()
+    for run in runs:
+        if (coordinates := recorded.get(run.label)) is not None:
+            there, preset = shown[shown < coordinates.shape[1]], LINE_PRESETS.get(run.label, run.label)
+            seconds, ended = float(exact.times[-1]), drawn_end(run.outcome)
+            drawn.append(RunToDraw(run.label, preset, seconds, coordinates[:, there], ended))
+    return draw_links(model, exact.coordinates[:, shown], drawn, points)

@@ -32,7 +32,7 @@ from conrod.report.folder import ReportFolder, plain_findings, restore_findings
 from conrod.scenes import Scene
 from conrod.studies.limits.report import LIMITS_REPORT as LIMITS
 from conrod.studies.limits.results import LimitStudy
-from conrod.user_files.endings import MODELS
+from conrod.user_files import MODELS
 from conrod.user_files.files import model_files
 from conrod.verification import supporting_sections
 from conrod.verification.page import (

@@ -15,7 +15,7 @@ from conrod.execution.runner import Runs
 from conrod.report.findings import Findings
 from conrod.scenes import Scene
 from conrod.scenes.space import MACHINES
-from conrod.user_files.endings import FILES, FMUS, TABLES
+from conrod.user_files import FILES, FMUS, TABLES
 from conrod.user_files.in_memory import columns_of
 
 # Keywords of `conrod.check` that are spelled in another way now.

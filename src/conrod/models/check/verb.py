@@ -26,7 +26,7 @@ from conrod.cli.options import (
 )
 from conrod.errors import InvalidInput, OutsideLoopsError, named_values
 from conrod.slices import SLICES
-from conrod.user_files.endings import FILES
+from conrod.user_files import FILES
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
     """Judge a model, FMU or table by --scene or --drive; with neither, inspect it."""
     from conrod.cli.project import check_project_models
     from conrod.scenes import SPATIAL, machines_in_space
-    from conrod.user_files.endings import FILES, FMUS, MODELS
+    from conrod.user_files import FILES, FMUS, MODELS
     from conrod.user_files.files import check_readable
 
     if not files:

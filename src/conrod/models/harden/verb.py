@@ -20,7 +20,7 @@ from conrod.mechanism.units import MM
 from conrod.models.harden.results import HardenedModel, in_mm
 from conrod.report.table import Verbatim
 from conrod.report.terminal import PrintedPart, print_parts
-from conrod.user_files.endings import MODELS
+from conrod.user_files import MODELS
 from conrod.user_files.files import check_model_readable, protected_model_files
 
 BINARY = ".mjb"

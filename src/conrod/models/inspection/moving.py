@@ -1,8 +1,9 @@
-"""What moves a model: its degrees of freedom, redundant equations, and the actuators that drive each freedom."""
+"""What moves a model: its degrees of freedom, its actuators, its keyframes and the energy of its free swing."""
 
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable, Mapping
 
 import mujoco
 import numpy as np
@@ -14,7 +15,12 @@ from conrod.mjcf.equalities import close_loops, closure_name, handle_indices, ha
 from conrod.mjcf.loading import name_or_number
 from conrod.models.inspection.actuator_kinds import read_actuators
 from conrod.models.inspection.actuator_runs import free_motions, moment
+from conrod.models.inspection.actuators import try_actuators
+from conrod.models.inspection.energy import free_energy
+from conrod.models.inspection.following import follow_laws
+from conrod.models.inspection.keyframe_holds import hold_keyframes
 from conrod.models.inspection.moving_results import ModelMobility
+from conrod.models.inspection.results import Moving
 
 CLOSED = 1e-10  # of the model's extent, that closures are closed to before their rank is counted
 MIN_SHARE = 1e-6  # of a motion, from which on a joint takes part in it
@@ -58,3 +64,31 @@ def count_model_mobility(model: mujoco.MjModel, start: mujoco.MjData) -> ModelMo
         model.nv, len(owners), before, redundant, int(np.sum(scale > MIN_SHARE)), driven, tuple(undriven),
         handle_words(model, handle_indices(model)), closed,
     )  # fmt: skip
+
+
+def study_moving(
+    model: mujoco.MjModel,
+    start: mujoco.MjData,
+    drives: Mapping[str, str] | None = None,
+    progress: Callable[[str], object] = lambda name: None,
+    watch: Callable[[mujoco.MjData], object] = lambda data: None,
+) -> Moving:
+    """Study what moves a model, from the closed pose nearest to a start.
+
+    Args:
+        start: data at the start, as `conrod.mjcf.loading.data_at_start` gives it; it is not changed.
+        drives: laws that controls of actuators or joints follow; without any all actuators are tried.
+        progress: called with the name of each part before it is tried.
+        watch: called with the data before each step of a run along the given laws.
+
+    Raises:
+        InvalidInput: nothing has the name of a drive, or it cannot follow its law.
+    """
+    closed = copy.copy(start)
+    with silence_warnings():
+        if not close_loops(model, closed, CLOSED * float(model.stat.extent)):
+            closed = copy.copy(start)
+    mobility = count_model_mobility(model, start)
+    if drives:
+        return Moving(mobility, (), followed=follow_laws(model, closed, drives, watch))
+    return Moving(mobility, try_actuators(model, closed, progress), hold_keyframes(model), free_energy(model, start))

@@ -21,7 +21,7 @@ from conrod.models.inspection.drawn_runs import PoseRecorder, draw_law_run, draw
 from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.following import drives_of_joints
 from conrod.models.inspection.loading import URDF, load_for_inspection
-from conrod.models.inspection.moving_study import study_moving
+from conrod.models.inspection.moving import study_moving
 from conrod.models.inspection.prepared_document import prepared_document
 from conrod.models.inspection.results import SEARCHED_SHARE, Closing, Inspection, InspectionRequest, Moving
 from conrod.models.lint.findings import Finding

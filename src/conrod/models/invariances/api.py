@@ -18,7 +18,7 @@ from conrod.models.invariances.report import INVARIANCES_REPORT
 from conrod.models.invariances.results import Invariance, InvarianceStudy
 from conrod.report.findings import Findings, text_of_call
 from conrod.scenes import Scene
-from conrod.user_files.endings import MODELS
+from conrod.user_files import MODELS
 from conrod.user_files.files import check_readable
 from conrod.user_files.in_memory import file_of_model
 

@@ -36,7 +36,7 @@ def invariances(subjects: tuple[str, ...], asked: InvariancesOptions) -> None:
     from conrod.execution.resolve_arguments import arguments_of_files, refuse_lists, select_scenes
     from conrod.models.invariances.api import invariances
     from conrod.models.invariances.report import INVARIANCES_REPORT
-    from conrod.user_files.endings import MODELS
+    from conrod.user_files import MODELS
     from conrod.user_files.files import check_readable, protected_model_files
 
     models = [name for name in subjects if name.lower().endswith(MODELS)]

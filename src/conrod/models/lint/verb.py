@@ -20,7 +20,7 @@ from conrod.execution.writing import single_file, write_together
 from conrod.models.lint.findings import Finding, FixedModel, Report, Severity, Value, sarif
 from conrod.report.terminal import PrintedPart, print_parts
 from conrod.system import real_path
-from conrod.user_files.endings import MODELS
+from conrod.user_files import MODELS
 from conrod.user_files.files import check_model_readable, protected_model_files
 
 COLOURS = {Severity.ERROR: "red", Severity.NOTE: "cyan"}

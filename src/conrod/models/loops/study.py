@@ -25,6 +25,7 @@ from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.execution.paired_timing import PairedTiming, time_stepper_pair
 from conrod.mjcf.causes import append_causes, describe_closures
 from conrod.mjcf.differences import NUMBER_TOLERANCE, MachineComparison, compare_with_machine, list_differences
+from conrod.mjcf.drawn_links import draw_judged_runs
 from conrod.mjcf.driven_runs import compare_kinematics, judge_run, shipped_run, with_settings
 from conrod.mjcf.driving import driven_run, set_exact_state
 from conrod.mjcf.edits import Recipe, apply_recipe
@@ -46,7 +47,6 @@ from conrod.mjcf.request import OpenStart
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.mjcf.start import open_start
 from conrod.mjcf.unit_of_length import controls_in_metres
-from conrod.models.loops.drawing import draw_judged_runs
 from conrod.models.loops.law_comparison import allowed_speed_error, compare_with_laws
 from conrod.models.loops.load_differences import list_load_differences
 from conrod.models.loops.search import search_settings

@@ -20,7 +20,7 @@ from conrod.models.torque_runs.report import PART, TORQUE_RUN_REPORT
 from conrod.models.torque_runs.study import TorqueRunStudy, study_torque_run
 from conrod.models.torque_runs.torque import Torque, constant_torque, read_torque, split_way
 from conrod.report.findings import Findings, text_of_call
-from conrod.user_files.endings import TABLES
+from conrod.user_files import TABLES
 from conrod.user_files.files import check_readable, name_file_in_errors
 from conrod.user_files.in_memory import file_of_table
 

@@ -15,7 +15,7 @@ from conrod.mechanism.mechanism import GROUND, Mechanism
 from conrod.mechanism.units import NUMBER, check_number, parse_quantity
 from conrod.models.tables.columns import OTHER_NAMES, TIME, Column, ColumnRequest, column_with_unit, split_heading
 from conrod.models.tables.reading import check_values, open_table
-from conrod.user_files.endings import TABLES
+from conrod.user_files import TABLES
 from conrod.user_files.files import check_readable, name_file_in_errors
 
 UNIT, MAX_TORQUE = "N*m", 1e12  # [N m]

@@ -48,7 +48,7 @@ def validate(scenes: tuple[str, ...], asked: ValidateOptions) -> None:
     from conrod.execution.tolerances import ALL_TOLERANCE_NAMES
     from conrod.studies.validation.api import REVOLUTIONS, validate
     from conrod.studies.validation.report import VALIDATION_REPORT
-    from conrod.user_files.endings import FILES
+    from conrod.user_files import FILES
 
     if any(name.lower().endswith(FILES) for name in scenes):
         options.refuse_old_spelling(click.get_current_context())

@@ -12,7 +12,7 @@ import click
 from conrod.cli import completion, options, waiting
 from conrod.cli.options import ReportOptions, RunOptions, controls_in, names_in, option
 from conrod.errors import InvalidInput
-from conrod.user_files.endings import MODELS
+from conrod.user_files import MODELS
 
 
 @dataclass(frozen=True)
