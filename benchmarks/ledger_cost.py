@@ -69,7 +69,7 @@ class _Strict(Watcher):
     def on_unreadable(self, count: int) -> None:
         raise AssertionError(f"{count} runs were damaged")
 
-    def on_case_end(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case | None, how: str) -> None:
         raise AssertionError("a finished run was run again")
 
 

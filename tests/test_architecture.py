@@ -23,7 +23,7 @@ DRAWINGS = (
     "studies.limits.map_figure", "studies.limits.report", "studies.sweep.report", "studies.validation.charts",
     "models.tables.charts", "models.torque_runs.charts", "studies.free_motion.charts", "studies.limits.charts",
     "studies.limits.map_figure", "studies.limits.report", "studies.sweep.report", "studies.validation.charts",
-    "studies.validation.motion_chart", "studies.versions.report",
+    "studies.space.charts", "studies.validation.motion_chart", "studies.versions.report",
 )  # fmt: skip
 
 # The floors of the house, the lowest first: a room imports from its own floor and from those below (docs/design.md).

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from conrod.studies.forces.api import forces as forces
     from conrod.studies.free_motion.api import free_motion as free_motion
     from conrod.studies.limits.api import limits as limits
+    from conrod.studies.space.api import validate_in_space as validate_in_space
     from conrod.studies.sweep.api import recommend as recommend
     from conrod.studies.sweep.api import sweep as sweep
     from conrod.studies.validation.api import validate as validate

@@ -46,6 +46,11 @@ SLICES = (
         functions={"validate": "api"},
         reports={"validation": "report.VALIDATION_REPORT"},
     ),
+    Slice(
+        "studies.space",
+        functions={"validate_in_space": "api"},
+        reports={"space": "report.SPACE_REPORT"},
+    ),
     Slice("studies.detection", uses=("studies.validation", "studies.forces")),
     Slice(
         "studies.forces",

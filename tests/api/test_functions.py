@@ -288,6 +288,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "recommend": (lambda: conrod.recommend("saw-40rpm", {}), "tolerance"),
     "limits, axis": (lambda: conrod.limits("saw-40rpm", axes=["step"]), "did you mean 'steps'"),
     "limits, span": (lambda: conrod.limits("saw-40rpm", span=(1.0, 2.0)), "needs one --axis"),
+    "validate_in_space": (lambda: conrod.validate_in_space("benett"), "did you mean 'bennett'"),
     "ablate": (lambda: conrod.ablate("saw-40rpm", rounds=1), "--rounds = 1 is out of range"),
     "versions, cluster": (
         lambda: conrod.versions("mujoco", runs=Runs(cluster="tcp://x:1")), "releases are installed on this machine"

@@ -274,7 +274,7 @@ class ProgressBar(Watcher):
     def on_unreadable(self, count: int) -> None:
         self._say(f"{self._description}: {count} in the ledger cannot be read and count as not run; made again")
 
-    def on_case_end(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case | None, how: str) -> None:
         self._ended[how] += 1
         if self._bar:
             self._bar.advance(self._bar.task_ids[0])

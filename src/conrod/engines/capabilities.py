@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar, cast, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast, runtime_checkable
 
 from conrod.engines.engine import Engine, Machine
 from conrod.engines.releases import Releases
@@ -14,6 +14,9 @@ from conrod.errors import InvalidInput
 from conrod.exact.kinematics import GenericReference
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Driver, Mechanism, Prismatic, Revolute
+
+if TYPE_CHECKING:
+    from conrod.engines.space import SpatialRun, SpatialStart
 
 
 @dataclass(frozen=True)
@@ -133,6 +136,23 @@ class FreeMotionRuns(Protocol):
 
 
 @runtime_checkable
+class SpatialRuns(Protocol):
+    """Runs machines in space whose joints follow laws, each from its exact state, with the settings of a preset."""
+
+    def refusal_in_space(self, start: SpatialStart, preset: str) -> str | None:
+        """Return the reason why the engine is not given the machine, or None."""
+        ...
+
+    def run_in_space(self, start: SpatialStart, preset: str, steps: int, every: int = 1) -> SpatialRun:
+        """Make some steps; record the observed points at the start and after each `every` steps."""
+        ...
+
+    def stepper_in_space(self, start: SpatialStart, preset: str) -> Callable[[int], None]:
+        """A function that advances the machine by a number of steps at each call, with nothing recorded."""
+        ...
+
+
+@runtime_checkable
 class TimedStepping(Protocol):
     """Steps a machine with nothing recorded, for timings.
 
@@ -230,6 +250,7 @@ CAPABILITY_TITLES: Mapping[type, str] = {
     ForceReport: "report of forces",
     ForceLaw: "law of its forces' errors",
     FreeMotionRuns: "motion without a drive",
+    SpatialRuns: "runs of machines in space",
     TimedStepping: "stepping with nothing recorded, which timings take",
     SettingsGrid: "grid of settings",
     SettingsVariations: "variations of its settings",

@@ -13,7 +13,7 @@ import numpy as np
 
 from conrod.comparison.trajectory import Piece, Settings
 from conrod.engines import plugin_values
-from conrod.engines.capabilities import CAPABILITY_TITLES, ExpectedError, KinematicResult
+from conrod.engines.capabilities import CAPABILITY_TITLES, ExpectedError, KinematicResult, SpatialRuns
 from conrod.engines.engine import DEFAULT_LINE, PIECE_STEPS, LineStyle, Machine, Preset, with_fields
 from conrod.engines.plugin import PluginDescription, PluginEngine, PluginSettings
 from conrod.engines.plugin_pieces import PieceChecker
@@ -27,7 +27,12 @@ from conrod.engines.plugin_values import (
 )
 from conrod.engines.tracks import ForceTracks, FreeRun
 
-CAPABILITY_OF_NAME: Mapping[str, type[Any]] = {kind.__name__: kind for kind in CAPABILITY_TITLES}
+CAPABILITY_OF_NAME: Mapping[str, type[Any]] = {
+    # Laws of drives are functions, which cannot be sent to the process that a plugin runs in.
+    kind.__name__: kind
+    for kind in CAPABILITY_TITLES
+    if kind is not SpatialRuns
+}
 
 
 def describe(engine: Any, name: str) -> PluginDescription:

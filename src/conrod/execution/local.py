@@ -27,6 +27,7 @@ from conrod.execution.worker_process import (
 
 MAX_JOBS = 1024
 Arguments = ParamSpec("Arguments")
+Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
 
@@ -287,6 +288,17 @@ def call_on_own_files(
         for (path, _), call in zip(calls, made, strict=True):
             result = _outcome_of(call)
             yield _usable(path, result)
+
+
+def call_each(
+    processes: RetryingExecutor, task: Callable[[Argument], Result], arguments: Sequence[Argument]
+) -> Iterator[Result | FailedCall]:
+    """Call a task with each argument, as many at a time as there are processes, and yield results in order.
+
+    A call whose process crashes, or that takes too long or too much memory, yields how it ended.
+    """
+    calls = [processes.submit(task, one) for one in arguments]
+    yield from map(_outcome_of, calls)
 
 
 def _usable(path: Path, result: Result | FailedCall) -> Result:

@@ -51,7 +51,7 @@ class Watcher:
     def on_unreadable(self, count: int) -> None:
         """Called with the number of cases that run again, because their ledger rows are unreadable."""
 
-    def on_case_end(self, case: Case, how: str) -> None:
+    def on_case_end(self, case: Case | None, how: str) -> None:
         """Called when the result of a case has been kept, with the word for how it ended."""
 
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
 
 import mujoco
 import numpy as np
 
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
-from conrod.engines.mujoco import HARDENING_FACTOR, MuJoCoSettings, compat
-from conrod.engines.mujoco.compiled_edits import harden, set_step
+from conrod.engines.mujoco.driven_joints import model_with_settings, preset_settings
 from conrod.engines.mujoco.dynamics import silence_warnings
 from conrod.errors import InvalidInput, list_names
 from conrod.exact.motion import Array
@@ -34,12 +31,6 @@ from conrod.mjcf.loading import FoundPoint, name_or_number
 from conrod.mjcf.loop_results import LOOP_UNITS, OWN_SETTINGS, LoopRun, ShippedRun
 from conrod.mjcf.runs import STATE, state_of
 
-# Hardening of a machine with an idle spin: an RSSR linkage whose rod has 1/500 of its inertia about itself is off by
-# 1 mm at 1e-9 and by 1e-7 mm at 1e-7 (1 m, 1 ms).
-IDLE_SPIN_HARDENING = 1e-7
-# Solver tolerance: at 0 Newton's method goes on where nothing is gained any more, to its last iteration in most steps
-# (of Agility's Cassie 100 in place of 2, at 12 times the cost).
-SOLVER_TOLERANCE = 1e-30
 # A force below this share of the largest is none: balanced, or across what the machine does.
 NO_FORCE = 1e-9
 # A rate that turns back in this share of all steps, by this share of its range, is the step's, not the machine's.
@@ -55,46 +46,11 @@ def with_settings(
 ) -> mujoco.MjModel:
     """Copy a model with the file's or a preset's settings, a step [s], and a converging solver.
 
-    Contacts and closures alike get a preset's.
-
     Args:
-        idle: whether the drives leave a freedom; closures that are too hard would hide its inertia in rounding.
-        contact: whether a contact places what the closures leave free.
+        idle, contact: as in `preset_settings`.
     """
-    made = copy.copy(model)
-    option = made.opt
-    set_step(made, step)
-    option.disableflags |= compat.disable_bit("AUTORESET")
-    if label != OWN_SETTINGS:
-        settings = preset_settings(label, step, period, idle, contact)
-        option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
-        option.solver = getattr(mujoco.mjtSolver, f"mjSOL_{settings.solver.upper()}")
-        option.iterations = settings.iterations
-        made.eq_solref[:], made.eq_solimp[:] = settings.solref, settings.solimp
-        made.geom_solref[:], made.geom_solimp[:] = settings.contact_solref, settings.contact_solimp
-        made.pair_solref[:], made.pair_solimp[:] = settings.contact_solref, settings.contact_solimp
-        option.o_solref[:], option.o_solimp[:] = settings.contact_solref, settings.contact_solimp  # under `override`
-        if settings.hardening is not None:
-            harden(made, settings.hardening)
-    option.tolerance = SOLVER_TOLERANCE
-    return made
-
-
-def preset_settings(label: str, step: float, period: float, idle: bool, contact: bool = False) -> MuJoCoSettings:
-    """Return a preset's settings at a step [s], for a machine whose slowest drive has a period [s].
-
-    Args:
-        idle, contact: as in `with_settings`.
-    """
-    tuned = MuJoCoSettings("stock", 2, step).with_tuned_solver(contact)
-    if label != "hardened":
-        return tuned
-    return replace(
-        tuned,
-        preset=label,
-        solref=(max(0.1 * period, tuned.solref[0]), 1.0),
-        hardening=IDLE_SPIN_HARDENING if idle else HARDENING_FACTOR,
-    )
+    settings = None if label == OWN_SETTINGS else preset_settings(label, step, period, idle, contact)
+    return model_with_settings(model, step, settings)
 
 
 def judge_run(

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
 
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from conrod.comparison.other_forces import OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.engines.mujoco import compat
-from conrod.engines.mujoco.compiled_edits import set_armature
+from conrod.engines.mujoco.driven_joints import Drives
 from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
@@ -27,11 +26,7 @@ from conrod.mjcf.force_watch import ForceWatch
 from conrod.mjcf.loading import FoundPoint, name_or_number
 from conrod.mjcf.point_tracks import point_motions, point_noter
 
-# Armature of a driven joint over the inertia that all bodies together could have about it: what the machine asks of its
-# drive changes the joint's acceleration by one part in so many.
-FLYWHEEL_RATIO = 1e12
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
-STEPS_TOGETHER = 256  # whose forces are computed at once: a law costs as much at one time as at a hundred
 INSTANTS_TOGETHER = 128  # at which forces of closures are solved for at once
 INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 RESET_REASON = "MuJoCo reset its state"
@@ -66,76 +61,6 @@ class LoopRecording:
 def set_exact_state(data: mujoco.MjData, motion: SpatialMotion, at: int = 0) -> None:
     """Set data to the exact coordinates and rates of a sample."""
     data.qpos[:], data.qvel[:] = motion.coordinates[:, at], motion.rates[0, :, at]
-
-
-class Drives:
-    """Drives of a model: prescribed coordinates and rates at each step, flywheels accelerated by the laws."""
-
-    def __init__(self, machine: DrivenTree, model: mujoco.MjModel) -> None:
-        self.machine, self.model = machine, model
-        self.joints = list(zip(machine.driven, machine.laws.values(), strict=True))
-        self.held = [joint for joint in machine.tree.joints if joint.name in machine.held]
-        inertia = float(model.body_mass.sum()) * (machine.tree.extent**2)
-        self.armature = FLYWHEEL_RATIO * max(inertia, float(model.dof_M0.max(initial=1e-9)))
-        driven = [np.arange(model.nv)[joint.rates] for joint in (*machine.driven, *self.held)]
-        set_armature(model, np.concatenate(driven).tolist(), self.armature)
-
-    def writer(self, times: Array) -> Callable[[mujoco.MjData, int], None]:
-        """Return a function that writes the driven coordinates and rates at the k-th of the times (N,) [s]."""
-        # All at once: a law is a few array operations, which cost as much for one time as for a hundred.
-        laws = np.reshape([law.derivatives(times)[:2] for _, law in self.joints], (len(self.joints), 2, len(times)))
-        driven, turning = (np.ascontiguousarray(laws[:, k].T) for k in (0, 1))
-        at = np.array([joint.coordinate for joint, _ in self.joints], dtype=int)
-        speeds = np.array([joint.rate for joint, _ in self.joints], dtype=int)
-        held = [
-            (joint.rates, joint.coordinates, self.machine.knots[0].coordinates[joint.coordinates, 0])
-            for joint in self.held
-        ]
-
-        def write(data: mujoco.MjData, k: int) -> None:
-            coordinates, rates = data.qpos, data.qvel
-            coordinates[at], rates[speeds] = driven[k], turning[k]
-            for stopped, places, still in held:
-                rates[stopped], coordinates[places] = 0.0, still
-
-        return write
-
-    @contextmanager
-    def pushing_flywheels(self) -> Iterator[None]:
-        """Make MuJoCo push the flywheels along their laws at each stage of a step, inside the context.
-
-        Where the model switches actuation off MuJoCo asks for no control, but for passive forces all the same.
-        """
-        off = self.model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ACTUATION
-        kind = "passive" if off else "control"
-        callback, set_callback = (getattr(mujoco, f"{verb}_mjcb_{kind}") for verb in ("get", "set"))
-
-        rates, known = [joint.rate for joint, _ in self.joints], dict[float, tuple[float, ...]]()
-
-        def push(_: mujoco.MjModel, data: mujoco.MjData) -> None:
-            if (forces := known.get(time := data.time)) is None:
-                known.clear()
-                known.update(self._forces_from(time))
-                forces = known[time]
-            applied = data.qfrc_applied
-            for rate, force in zip(rates, forces, strict=True):
-                applied[rate] = force
-
-        before = callback()
-        set_callback(push)
-        try:
-            yield
-        finally:
-            set_callback(before)
-
-    def _forces_from(self, time: float) -> dict[float, tuple[float, ...]]:
-        """Forces on the flywheels at the stages of the next `STEPS_TOGETHER` steps from a time [s], by time."""
-        step = float(self.model.opt.timestep)
-        # MuJoCo adds up steps one by one. Stages of RK4 are at a step's beginning, twice at its middle, and at its end.
-        begins = np.add.accumulate([time, *[step] * STEPS_TOGETHER])
-        times = np.concatenate([begins, begins + 0.5 * step])
-        forces = [(self.armature * law.derivatives(times)[2]).tolist() for _, law in self.joints]
-        return dict(zip(times.tolist(), zip(*forces, strict=True), strict=True))
 
 
 def driven_run(

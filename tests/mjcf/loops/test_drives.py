@@ -15,10 +15,11 @@ import pytest
 from conrod import harden
 from conrod.engines.mujoco import HARDENING_FACTOR
 from conrod.engines.mujoco.compiled_edits import INVERSE_WEIGHTS, set_armature, set_step
+from conrod.engines.mujoco.driven_joints import STEPS_TOGETHER, Drives
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
 from conrod.mjcf.driven_runs import with_settings
-from conrod.mjcf.driving import STEPS_TOGETHER, Drives, driven_run
+from conrod.mjcf.driving import driven_run
 from conrod.mjcf.loop_results import OWN_SETTINGS, LoopRequest
 from conrod.models.loops.study import _LoopBench
 

@@ -6,9 +6,8 @@ Nothing is written into the engine after the start; a constraint holds the crank
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import islice
 from typing import Any
 
@@ -31,28 +30,14 @@ from conrod.comparison.outcome import RunVerdict
 from conrod.comparison.trajectory import BodyTracks, Outcome, Piece
 from conrod.engines.capabilities import TIMED_REFERENCE, KinematicResult
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
-from conrod.engines.exudyn import EXUDYN_PRESETS, TRAPEZOIDAL, ExudynSettings
+from conrod.engines.exudyn import EXUDYN_PRESETS, ExudynSettings, space
+from conrod.engines.exudyn.stepping import BLOCK_STEPS, ExudynSystem, SolverStepper, silence_output
 from conrod.engines.numerics import place_at_angles
 from conrod.engines.run import RecordedPiece, observed_tracks, record_pieces, stamped_states
 from conrod.exact.motion import Array
 from conrod.mechanism.mechanism import GROUND, Body, Joint, Mechanism, Point, Prismatic, Revolute
 
 SUPPORTED_JOINTS = (Revolute, Prismatic)
-
-
-@dataclass(frozen=True)
-class ExudynSystem:
-    """A system of planar bodies, whose coordinates are the poses (3 n,) of the mechanism's bodies.
-
-    Attributes:
-        container: the system's container, which must outlive it.
-        system: the `MainSystem`.
-        drive: object number of the constraint on the crank's angle.
-    """
-
-    container: Any
-    system: Any
-    drive: int
 
 
 def refusal(machine: Machine, settings: ExudynSettings) -> str | None:
@@ -63,17 +48,6 @@ def refusal(machine: Machine, settings: ExudynSettings) -> str | None:
     if not all(isinstance(joint, SUPPORTED_JOINTS) for joint in mechanism.joints):
         return "exudyn is given pins and slides, no cams that act by contact and no wheels that roll"
     return None
-
-
-@contextmanager
-def silence_output() -> Iterator[None]:
-    """Keep Exudyn from printing why a solver has failed."""
-    printing = exudyn.config.printToConsole
-    exudyn.config.printToConsole = False
-    try:
-        yield
-    finally:
-        exudyn.config.printToConsole = printing
 
 
 def build(mechanism: Mechanism, poses: Array, rates: Array, rate: float | None) -> ExudynSystem:
@@ -143,41 +117,24 @@ def _add_joint(system: Any, numbers: Mapping[str, int], joint: Joint) -> None:
 # -- runs --------------------------------------------------------------------------------------------------------------
 
 
-# The solver restarts with a new Jacobian after this number of steps, however a run is cut into pieces. A power of two,
-# by which the length of a step is divided without rounding.
-BLOCK_STEPS = 1024
 KINEMATIC_TOLERANCE = 1e-13  # of Newton's iteration; if rounding stalls it before, its last pose is taken
 
 
-class ExudynStepper:
-    """A machine in Exudyn that starts in an exact state; a call advances it by some steps.
-
-    Each call of the solver starts from the state that the last one left, accelerations included. Its time starts at 0
-    each time: with the crank's rate held constant, nothing depends on time.
+class ExudynStepper(SolverStepper):
+    """A machine in Exudyn that starts in an exact state; with the crank's rate held constant, nothing depends on time.
 
     Args:
         angle: crank angle at the start [rad]; None for 0, or for the start of a pass.
-
-    Attributes:
-        failure: reason why the solver failed; empty while it works.
     """
 
     def __init__(self, machine: Machine, settings: ExudynSettings, angle: float | None = None) -> None:
         angle = run_extent(machine, 1, 1.0)[0] if angle is None else angle
         poses, derivative = machine.kinematics.derivatives(np.array([angle]), 1)
         mechanism, speed = machine.kinematics.mechanism, machine.speed
-        self.failure, self._step = "", settings.timestep
-        self._settings = _simulation_settings(settings)
-        self._solver = exudyn.MainSolverImplicitSecondOrder()
+        super().__init__(settings)
         with silence_output():
             self._made = build(mechanism, poses[0], derivative[0] * speed, mechanism.driver.sense * speed)
             self._call_solver("the initial accelerations", self._solver.InitializeSolver)
-
-    def __call__(self, steps: int) -> None:
-        self._solver.it.endTime = steps * self._step
-        if not self.failure:
-            with silence_output():
-                self._call_solver("a step", self._solver.SolveSteps)
 
     def states(self, steps: int) -> Iterator[Array]:
         """Yield poses, rates and accelerations (3, 3 n) of one instant each, at the start and after each step.
@@ -204,33 +161,6 @@ class ExudynStepper:
         if found:
             states[: len(found)] = found
         return states
-
-    def _call_solver(self, what: str, call: Callable[[Any, Any], bool]) -> None:
-        """Call the solver, and keep the reason if it fails."""
-        try:
-            done = call(self._made.system, self._settings)
-        except (RuntimeError, ValueError):  # a singular Jacobian, and the like
-            done = False
-        if not done:
-            singular = self._solver.conv.linearSolverFailed
-            why = "its Jacobian is singular" if singular else "Newton's iteration did not converge"
-            self.failure = f"Exudyn could not solve for {what}: {why}"
-
-
-def _simulation_settings(settings: ExudynSettings) -> Any:
-    """Exudyn's simulation settings: its defaults with ours, steps of constant length, no files."""
-    made = exudyn.SimulationSettings()
-    made.solution.file.write = False
-    integration = made.timeIntegration
-    integration.adaptiveStep = False
-    integration.numberOfSteps, integration.endTime = BLOCK_STEPS, BLOCK_STEPS * settings.timestep
-    integration.newton.relativeTolerance = settings.relative_tolerance
-    integration.newton.absoluteTolerance = settings.absolute_tolerance
-    alpha = integration.generalizedAlpha
-    alpha.spectralRadius = settings.spectral_radius
-    # As Exudyn's SolveDynamic does it for this solver, which is the same one with other settings.
-    alpha.useIndex2Constraints = alpha.useNewmark = settings.solver == TRAPEZOIDAL
-    return made
 
 
 def solve_kinematics(machine: Machine, angle: Array) -> KinematicResult:
@@ -311,6 +241,9 @@ class Exudyn(Engine[ExudynSettings]):
     solve_kinematics = staticmethod(solve_kinematics)
     run = staticmethod(run)
     stepper = ExudynStepper
+    refusal_in_space = staticmethod(space.refusal_in_space)
+    run_in_space = staticmethod(space.run_in_space)
+    stepper_in_space = space.ExudynSpatialStepper
 
     def reference_loop(self) -> ExudynStepper:
         """Stepper of the fixed slider-crank, the unit of timings, at 1000 steps per revolution."""

@@ -28,7 +28,17 @@ if TYPE_CHECKING:
     import mujoco
 
     from conrod.engines import cam_polygon, capabilities, releases, spanning_tree, tracks
-    from conrod.engines.mujoco import dynamics, error_bound, forces, free_run, model, model_edits, standalone, variants
+    from conrod.engines.mujoco import (
+        dynamics,
+        error_bound,
+        forces,
+        free_run,
+        model,
+        model_edits,
+        space,
+        standalone,
+        variants,
+    )
 else:
     mujoco = DeferredLibrary("mujoco")
     capabilities = DeferredLibrary("conrod.engines.capabilities")
@@ -42,6 +52,7 @@ else:
     free_run = DeferredFunctions("conrod.engines.mujoco.free_run")
     model = DeferredFunctions("conrod.engines.mujoco.model")
     model_edits = DeferredFunctions("conrod.engines.mujoco.model_edits")
+    space = DeferredFunctions("conrod.engines.mujoco.space")
     standalone = DeferredFunctions("conrod.engines.mujoco.standalone")
     variants = DeferredFunctions("conrod.engines.mujoco.variants")
 
@@ -172,6 +183,9 @@ class MuJoCo(Engine[MuJoCoSettings]):
     reference_loop = staticmethod(reference_loop)
     grid = staticmethod(variants.rules)
     free_run = staticmethod(free_run.free_run)
+    refusal_in_space = staticmethod(space.refusal_in_space)
+    run_in_space = staticmethod(space.run_in_space)
+    stepper_in_space = staticmethod(space.MuJoCoSpatialStepper)
     paste = staticmethod(standalone.paste)
     with_time_constant = staticmethod(variants.with_time_constant)
     with_regularisation = staticmethod(variants.with_regularisation)

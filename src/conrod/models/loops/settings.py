@@ -14,9 +14,9 @@ import numpy as np
 
 from conrod.engines.engine import PASTED_DIGITS
 from conrod.engines.mujoco import INTEGRATORS, SOLVERS, compat
+from conrod.engines.mujoco.driven_joints import SOLVER_TOLERANCE, preset_settings
 from conrod.errors import InvalidInput
 from conrod.mjcf.document import Document
-from conrod.mjcf.driven_runs import SOLVER_TOLERANCE, preset_settings
 from conrod.mjcf.edits import Edit, Recipe
 from conrod.mjcf.hardenable import active_closures, weight_edits
 from conrod.mjcf.loading import name_or_number

@@ -9,6 +9,7 @@ import click
 from conrod.cli import completion, options, say
 from conrod.cli.options import OUTPUT, RunOptions, VerificationOptions, option, refuse, tolerance_in
 from conrod.errors import InvalidInput
+from conrod.slices import SLICES
 
 
 @dataclass(frozen=True)
@@ -114,9 +115,24 @@ TAKEN_FIELDS = ("out", "document", "html", "tolerance", "verification", "title",
 
 
 def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
-    """Judge machines in space by their own exact motion, driven as they are made for."""
+    """Judge machines in space by their own exact motion, driven as they are made for.
+
+    MuJoCo alone runs them with all that is asked of a model's loops; engines that are named are compared.
+    """
+    if _compares_engines(asked):
+        from conrod.studies.space.verb import compare_engines
+
+        compare_engines(names, asked)
+        return
     from conrod.models.check.verb import CheckOptions, judge_loops
 
     options.refuse_others(asked, "a machine in space", *TAKEN_IN_SPACE)
     common = {name: getattr(asked, name) for name in TAKEN_FIELDS}
     judge_loops("validate", names, replace(CheckOptions(), engine=asked.engine, **common))
+
+
+def _compares_engines(asked: ValidateOptions) -> bool:
+    """True if engines are named, other than MuJoCo by itself, or settings of one, where conrod can compare them."""
+    settings = (asked.preset, asked.steps_per_rev, asked.revolutions)
+    other = asked.engine != ("mujoco",) or any(one is not None for one in settings)
+    return bool(asked.engine) and other and any(one.folder == "studies.space" for one in SLICES)

@@ -1,0 +1,1 @@
+"""Machines in space in several engines, compared with their closed forms."""

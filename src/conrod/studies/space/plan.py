@@ -1,0 +1,72 @@
+"""Plan of the runs of machines in space: what is run, the drives' laws, and what errors are divided by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from conrod.engines import engine_named
+from conrod.exact.motion import QUANTITIES, Array
+from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
+from conrod.scenes.space import SpatialMachine
+from conrod.scenes.space.machine import LinkJoint, ModelLink
+from conrod.studies.space.results import SpatialResult
+
+SCALE_SAMPLES = 721  # in a revolution, by which L and the largest speed and acceleration are found
+
+
+@dataclass(frozen=True)
+class SpatialCell:
+    """A request for the runs of a machine in space in an engine with a preset.
+
+    Attributes:
+        machine, engine, preset: names.
+        steps: numbers of steps in a revolution of the slowest drive, growing; the last is judged.
+        revolutions: length of the runs.
+    """
+
+    machine: str
+    engine: str
+    preset: str
+    steps: tuple[int, ...]
+    revolutions: int
+
+    def empty_result(self) -> SpatialResult:
+        """Return the result with its known facts, before anything is measured."""
+        return SpatialResult(
+            scene=self.machine, engine=self.engine, engine_version=engine_named(self.engine).version,
+            preset=self.preset, steps_per_rev=self.steps[-1], revolutions=self.revolutions,
+        )  # fmt: skip
+
+
+def machine_laws(machine: SpatialMachine) -> dict[str, DriveLaw]:
+    """Laws of the driven joints by name; in the reference pose their coordinates are 0."""
+    units = {joint.name: "m" if joint.kind == "slide" else "rad" for joint in _joints(machine.links)}
+    return {name: parse_drive_law(text, units[name], 0.0, name) for name, text in machine.drives.items()}
+
+
+def _joints(links: Sequence[ModelLink]) -> Iterator[LinkJoint]:
+    for link in links:
+        yield from link.joints
+        yield from _joints(link.links)
+
+
+def law_period(laws: Mapping[str, DriveLaw]) -> float:
+    """Time [s] that the slowest drive takes for its law."""
+    return max(law.duration for law in laws.values() if law.duration < math.inf)
+
+
+def exact_points(machine: SpatialMachine, times: Array) -> dict[str, Array]:
+    """Position, velocity and acceleration (3, T, 3) of the observed points by the closed form."""
+    return machine.points({joint: law.derivatives(times)[:3] for joint, law in machine_laws(machine).items()})
+
+
+def motion_scales(machine: SpatialMachine) -> dict[str, float]:
+    """L [m], the largest range of an observed point, and the largest speed [m/s] and acceleration [m/s^2] of all."""
+    found = exact_points(machine, np.linspace(0.0, law_period(machine_laws(machine)), SCALE_SAMPLES))
+    ranges = (np.linalg.norm(one[0][:, None] - one[0][None], axis=2).max() for one in found.values())
+    largest = (max(float(np.linalg.norm(one[k], axis=1).max()) for one in found.values()) for k in (1, 2))
+    return dict(zip(QUANTITIES, (max(map(float, ranges)), *largest), strict=True))

@@ -1,0 +1,118 @@
+"""A machine in space in an engine: its exact start, its runs with growing numbers of steps, and their errors."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, partial
+
+import numpy as np
+
+from conrod.comparison.outcome import MAX_JOINT_GAP, MAX_REACH_SIZES
+from conrod.comparison.trajectory import Outcome
+from conrod.engines import engine_named
+from conrod.engines.capabilities import SpatialRuns, require_capability
+from conrod.engines.space import SpatialRun, SpatialStart
+from conrod.errors import InvalidInput
+from conrod.exact.motion import QUANTITIES
+from conrod.exact.space.mobility import count_mobility
+from conrod.exact.space.motion import DrivenTree
+from conrod.scenes.space import MACHINES, SpatialMachine
+from conrod.scenes.space.tree import spatial_tree
+from conrod.studies.space.plan import SpatialCell, exact_points, law_period, machine_laws, motion_scales
+from conrod.studies.space.results import SpatialResult, StepRun, observed_orders
+
+MAX_SAMPLES = 2000  # of a run, that are compared with the closed form
+START_SHARE = 1e-3  # of a revolution, over which the branch is tracked to find the exact state at the start
+TIMED_STEPS, TIMINGS = 200, 3  # steps of a timing at most, and timings of which the least counts
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialBench:
+    """A machine in space with its drives, its exact start, and the points that are compared."""
+
+    machine: SpatialMachine
+    start: SpatialStart
+
+    @property
+    def ends(self) -> list[tuple[str, str]]:
+        """Names of the points at both ends of each closure, which coincide while the loops are closed."""
+        return [_end_names(k) for k in range(len(self.start.tree.closures))]
+
+
+def _end_names(closure: int) -> tuple[str, str]:
+    return f"closure {closure} end 1", f"closure {closure} end 2"
+
+
+@cache
+def prepare_bench(name: str) -> SpatialBench:
+    """Read a machine, and find its exact state at time 0; its step is yet to be set."""
+    machine = MACHINES[name]()
+    tree, by_name = spatial_tree(machine), machine_laws(machine)
+    laws = {joint.name: by_name[joint.name] for joint in tree.joints if joint.name in by_name}
+    period, driven = law_period(laws), DrivenTree(tree, laws)
+    driven.track_branch(driven.assemble_start(), START_SHARE * period)
+    exact = driven.motion(np.zeros(1))
+    points = {point: tree.points[point] for point in exact_points(machine, exact.times)}
+    for k, closure in enumerate(tree.closures):
+        points |= zip(_end_names(k), closure.points, strict=True)
+    idle = bool(count_mobility(driven).idle)
+    return SpatialBench(machine, SpatialStart(driven, exact, points, period, period, idle))
+
+
+def run_cell(cell: SpatialCell) -> SpatialResult:
+    """Run a machine in an engine with each number of steps, and compare it; to be called in a process of its own."""
+    bench, empty = prepare_bench(cell.machine), cell.empty_result()
+    scales, runs = motion_scales(bench.machine), list[StepRun]()
+    engine = require_capability(engine_named(cell.engine), SpatialRuns)
+    if reason := engine.refusal_in_space(bench.start, cell.preset):
+        return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=reason)
+    for steps in cell.steps:
+        start = replace(bench.start, step=bench.start.period / steps)
+        total = steps * cell.revolutions
+        try:
+            run = engine.run_in_space(start, cell.preset, total, max(1, total // MAX_SAMPLES))
+        except InvalidInput as error:
+            runs.append(StepRun(steps, Outcome.UNSUPPORTED.slug, str(error)))
+            continue
+        judged = judge_run(steps, run, bench, scales)
+        if judged.errors is not None:
+            make = partial(engine.stepper_in_space, start, cell.preset)
+            judged = replace(judged, cost=step_cost(make, min(total, TIMED_STEPS)))
+        runs.append(judged)
+    made = replace(empty, runs=tuple(runs), order=observed_orders(tuple(runs)))
+    return replace(made, outcome=runs[-1].outcome, reason=runs[-1].reason)
+
+
+def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[str, float]) -> StepRun:
+    """Compare a run with the closed form at the same times."""
+    length = scales[QUANTITIES[0]]
+    apart = [np.linalg.norm(run.points[a][0] - run.points[b][0], axis=1).max(initial=0.0) for a, b in bench.ends]
+    gap = float(np.max(apart)) / length
+    if run.failure:
+        outcome = Outcome.RESET if run.reset else Outcome.DIVERGED
+        return StepRun(steps, outcome.slug, run.failure, gap=gap)
+    exact = exact_points(bench.machine, run.times)
+    off = np.array([np.linalg.norm(run.points[name] - exact[name], axis=2).max(axis=1) for name in exact]).max(axis=0)
+    errors = {name: float(size) / scales[name] for name, size in zip(QUANTITIES, off, strict=True)}
+    if not all(map(math.isfinite, errors.values())):
+        return StepRun(steps, Outcome.DIVERGED.slug, "a point is not finite")
+    if errors["position"] > MAX_REACH_SIZES:
+        return StepRun(steps, Outcome.EXPLODED.slug, f"a point is {errors['position']:.3g} L away", gap=gap)
+    if gap > MAX_JOINT_GAP:
+        name = bench.start.tree.closures[int(np.argmax(apart))].name
+        return StepRun(steps, Outcome.OPENED.slug, f"{name} opens by {1e3 * gap * length:.3g} mm", gap=gap)
+    return StepRun(steps, Outcome.COMPLETED.slug, errors=errors, gap=gap)
+
+
+def step_cost(make: Callable[[], Callable[[int], None]], steps: int) -> float:
+    """CPU time of a step [µs] of a stepper with nothing recorded, the least of some timings."""
+    found = []
+    for _ in range(TIMINGS):
+        stepper = make()
+        begun = time.process_time()
+        stepper(steps)
+        found.append(time.process_time() - begun)
+    return 1e6 * min(found) / steps

@@ -1,0 +1,194 @@
+"""Engines on machines in space: errors against closed forms, laws of drives, balls, welds, and another machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+from conrod.comparison.trajectory import Outcome
+from conrod.engines import installed_extras
+from conrod.engines.mujoco import space as mujoco_space
+from conrod.exact.motion import Array
+from conrod.mjcf.driven_runs import with_settings
+from conrod.mjcf.driving import driven_run, site_points
+from conrod.mjcf.reading import machine_tree
+from conrod.scenes.space import MACHINES, SpatialMachine
+from conrod.scenes.space.tree import spatial_tree
+from conrod.studies.space import plan, study
+from conrod.studies.space.results import SpatialResult, StepRun
+from conrod.studies.space.study import SpatialCell, prepare_bench, run_cell
+
+NEEDS_EXUDYN = pytest.mark.skipif("exudyn" not in installed_extras(), reason="Exudyn is not installed")
+# Between them: oblique axes (bennett), a ball beside a loop, a law that is no constant speed, a weld, six drives.
+SLOW = pytest.param("stewart", marks=pytest.mark.slow)
+TAKEN = ("bennett", "rssr-idle-spin", "sarrus", "tilted-slider-crank", SLOW)
+
+
+@pytest.fixture(autouse=True)
+def untimed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "step_cost", lambda make, steps: 1.0)
+
+
+def ran(machine: str, engine: str, preset: str, *steps: int) -> SpatialResult:
+    return run_cell(SpatialCell(machine, engine, preset, steps or (50,), 1))
+
+
+def machine_of(monkeypatch: pytest.MonkeyPatch, machine: SpatialMachine) -> str:
+    """Make a machine known by the text of its first drive; return this name."""
+    name = next(iter(machine.drives.values()))
+    monkeypatch.setattr(study, "MACHINES", {name: lambda: machine})
+    return name
+
+
+@NEEDS_EXUDYN
+@pytest.mark.parametrize("name", TAKEN)
+def test_exudyn_has_exact_positions_in_space(name: str) -> None:
+    found = ran(name, "exudyn", "stock")
+    assert found.outcome == Outcome.COMPLETED.slug, found.reason
+    assert found.largest("position") < 1e-8  # type: ignore[operator] # what Newton's iteration leaves of 1e-8
+    assert found.largest("velocity") < 5e-2  # type: ignore[operator]
+    assert found.largest("closure") < 1e-8  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("name", TAKEN)
+def test_hardened_mujoco_is_of_order_four_in_space(name: str) -> None:
+    found = ran(name, "mujoco", "hardened", 100, 200)
+    assert found.outcome == Outcome.COMPLETED.slug, found.reason
+    for quantity, order in (found.order or {}).items():
+        assert order == pytest.approx(4.0, abs=0.25), quantity
+
+
+@NEEDS_EXUDYN
+def test_trapezoidal_rule_is_of_order_two_in_space() -> None:
+    found = ran("tilted-slider-crank", "exudyn", "tuned", 100, 200)
+    assert found.order is not None
+    assert all(order == pytest.approx(2.0, abs=0.05) for order in found.order.values())
+
+
+@NEEDS_EXUDYN
+def test_trapezoidal_rule_diverges_on_some_loops() -> None:
+    found = ran("bennett", "exudyn", "tuned")
+    assert (found.outcome, found.largest("position")) == (Outcome.DIVERGED.slug, None)
+    assert "Newton's iteration did not converge" in found.reason
+
+
+LAWS = {"constant": "60rpm", "sine": "sine:40deg,2Hz", "move": "move:0deg,80deg,0.5s", "table": "table:{}"}
+
+
+@NEEDS_EXUDYN
+@pytest.mark.parametrize("law", LAWS)
+def test_engines_follow_laws_in_space(law: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    file = tmp_path / "law.csv"
+    times = np.linspace(0.0, 0.5, 9)
+    np.savetxt(file, np.column_stack([times, 0.3 * np.sin(5.0 * times)]), delimiter=",")
+    name = machine_of(monkeypatch, replace(MACHINES["cardan"](), drives={"input": LAWS[law].format(file)}))
+    assert ran(name, "exudyn", "stock").largest("position") < 1e-8  # type: ignore[operator]
+    assert ran(name, "mujoco", "hardened").largest("position") < 1e-3  # type: ignore[operator]
+
+
+@NEEDS_EXUDYN
+def test_exudyn_runs_on_from_block_to_block() -> None:
+    # 1024 steps are one call of its solver; its clock begins again with each, and the law must not.
+    found = ran("sarrus", "exudyn", "stock", 1100)
+    assert found.largest("position") < 1e-8  # type: ignore[operator]
+    assert found.largest("velocity") < 1e-4  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("engine", ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN)])
+def test_every_second_sample_is_a_sample_of_all(engine: str) -> None:
+    bench = prepare_bench("rssr")
+    start = replace(bench.start, step=bench.start.period / 100)
+    runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
+    every, second = (runs.run_in_space(start, "stock", 60, n) for n in (1, 2))
+    assert np.array_equal(every.times[::2], second.times)
+    for name, moved in every.points.items():
+        assert np.array_equal(moved[:, ::2], second.points[name])
+
+
+def test_mujoco_runs_a_tree_as_its_own_file() -> None:
+    bench, machine = prepare_bench.__wrapped__("rssr"), MACHINES["rssr"]()
+    start = replace(bench.start, step=bench.start.period / 200)
+    own = mujoco.MjModel.from_xml_string(machine.mjcf)
+    names = tuple(plan.exact_points(machine, np.zeros(1)))
+    start.machine.track_branch(start.machine.knots[0].coordinates, 0.2)
+    motion = start.machine.motion(start.step * np.arange(41.0))
+    model = with_settings(own, "tuned", start.step, start.period)
+    filed = driven_run(start.machine, model, motion, site_points(own, names), 1, carried=False)
+    made = mujoco_space.run_in_space(start, "tuned", 40)
+    for name in names:
+        for k, size in enumerate((1.0, 10.0, 100.0)):
+            assert np.abs(made.points[name][k] - filed.points[name][k]).max() < 1e-9 * size
+
+
+# -- negative controls -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("engine", ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN)])
+def test_a_crank_of_another_length_is_seen_in_space(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    exact = plan.exact_points
+
+    def longer(machine: SpatialMachine, times: Array) -> Mapping[str, Array]:
+        return exact(MACHINES["rssr"](crank=0.0801), times)
+
+    monkeypatch.setattr(study, "exact_points", longer)
+    preset = "hardened" if engine == "mujoco" else "stock"
+    assert ran("rssr", engine, preset).largest("position") > 1e-4  # type: ignore[operator]
+
+
+def test_an_open_loop_has_no_errors(monkeypatch: pytest.MonkeyPatch) -> None:
+    bench = prepare_bench("rssr")
+    run = mujoco_space.run_in_space(replace(bench.start, step=0.01), "stock", 20)
+    torn = {name: moved + 0.1 * name.endswith("end 2") for name, moved in run.points.items()}
+    found = study.judge_run(100, replace(run, points=torn), bench, plan.motion_scales(bench.machine))
+    assert (found.outcome, found.errors) == (Outcome.OPENED.slug, None)
+    assert "rocker_pin opens by" in found.reason
+    assert study.judge_run(100, run, bench, plan.motion_scales(bench.machine)).outcome == Outcome.COMPLETED.slug
+
+
+def test_joints_that_no_engine_is_given_are_refused() -> None:
+    bench = prepare_bench("rssr")
+    closure = replace(bench.start.tree.closures[0], kind="joint", points=(), sums=({0: 1.0}, {}))
+    tree = replace(bench.start.tree, closures=(closure,))
+    start = replace(bench.start, machine=study.DrivenTree(tree, bench.start.machine.laws))
+    for engine in ("mujoco", *(name for name in installed_extras() if name == "exudyn")):
+        runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
+        assert "connect or a weld, no joint" in (runs.refusal_in_space(start, "stock") or "")
+        assert runs.refusal_in_space(bench.start, "stock") is None
+
+
+def test_order_is_none_where_errors_are_rounding_or_stay() -> None:
+    def orders(before: float, after: float) -> Any:
+        sizes = [dict.fromkeys(("position", "velocity", "acceleration"), size) for size in (before, after)]
+        return study.observed_orders(
+            (StepRun(50, "completed", errors=sizes[0]), StepRun(100, "completed", errors=sizes[1]))
+        )
+
+    assert orders(4e-3, 1e-3)["position"] == pytest.approx(2.0)
+    assert orders(4e-10, 1e-10)["position"] is None
+    assert orders(1e-3, 1e-3)["velocity"] is None
+    assert math.isnan(StepRun(50, "diverged").gap)
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_tree_of_links_is_that_of_the_exported_model(name: str) -> None:
+    own, filed = spatial_tree(MACHINES[name]()), machine_tree(name)
+    for one, other in zip(own.bodies[1:], filed.bodies[1:], strict=True):
+        assert (one.name, one.parent, len(one.joints)) == (other.name, other.parent, len(other.joints))
+        for field in ("place", "turn", "mass", "centre"):
+            assert np.abs(getattr(one, field) - getattr(other, field)).max() < 1e-14, field
+        assert np.abs(one.inertia - other.inertia).max() < 1e-14 * np.abs(other.inertia).max()
+        for joint, written in zip(one.joints, other.joints, strict=True):
+            assert (joint.name, joint.kind, joint.rate) == (written.name, written.kind, written.rate)
+            assert joint.kind == "ball" or np.abs(joint.axis - written.axis).max() < 1e-14
+    for closure, written_closure in zip(own.closures, filed.closures, strict=True):
+        assert (closure.name, closure.kind) == (written_closure.name, written_closure.kind)
+        for end, written_end in zip(closure.points, written_closure.points, strict=True):
+            assert end.body == written_end.body
+            assert np.abs(end.offset - written_end.offset).max() < 1e-14
+    assert all(np.abs(own.points[one].offset - filed.points[one].offset).max() < 1e-14 for one in own.points)
