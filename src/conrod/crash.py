@@ -39,6 +39,10 @@ def run_guarded(run: Callable[[], object]) -> None:
         status = USAGE
     except BaseException as error:
         status = _report_ending(error)
+    if status == INTERRUPTED:
+        # After an interrupt in a text that was executed, as dataclasses are made, `python -m` ends itself by SIGINT in
+        # place of the status; the next text has it forget that.
+        exec("")
     sys.exit(_flush_outputs(status))
 
 
@@ -56,25 +60,37 @@ def _report_ending(error: BaseException) -> int:
     one = first_error(error)
     if isinstance(error, BaseExceptionGroup) and error.split(type(one))[1] is not None:
         one = error  # several kinds
-    if isinstance(one, KeyboardInterrupt):
-        _print_error("conrod: interrupted")
-        return INTERRUPTED
     if isinstance(one, BrokenPipeError | OutputClosed):
         return BROKEN_PIPE
     if isinstance(one, InvalidInput):
         _print_error(f"conrod: {one}")
         return USAGE
-    return _report_crash(error)
+    if not isinstance(one, KeyboardInterrupt):
+        _print_traceback(error)
+    if _comes_of_interrupt(one):
+        _print_error("conrod: interrupted")
+        return INTERRUPTED
+    _print_error(crash_line(error))
+    return INTERNAL
 
 
-def _report_crash(error: BaseException) -> int:
-    """Print an internal error, with its traceback if `CONROD_DEBUG` is set; return its exit status."""
+def _comes_of_interrupt(error: BaseException) -> bool:
+    """True if an error is an interrupt, or what became of one: libraries turn one while they load into their own error.
+
+    Where Ctrl-C or SIGTERM stops a half-made import, an extension raises ImportError, and a class RuntimeError.
+    """
+    one: BaseException | None = error
+    while one is not None and not isinstance(one, KeyboardInterrupt):
+        one = one.__cause__ or one.__context__
+    return one is not None
+
+
+def _print_traceback(error: BaseException) -> None:
+    """Print the traceback of an internal error if `CONROD_DEBUG` is set."""
     if os.environ.get(DEBUG, "0") not in ("", "0"):
         import traceback
 
         _print_error("".join(traceback.format_exception(error)))
-    _print_error(crash_line(error))
-    return INTERNAL
 
 
 def crash_line(error: BaseException) -> str:

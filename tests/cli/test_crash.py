@@ -31,6 +31,18 @@ def raise_error(error: BaseException) -> object:
     raise error
 
 
+def because(error: BaseException, cause: BaseException) -> BaseException:
+    """The error, raised because of another."""
+    error.__cause__ = cause
+    return error
+
+
+def amid(error: BaseException, context: BaseException) -> BaseException:
+    """The error, raised while another was handled."""
+    error.__context__ = context
+    return error
+
+
 @pytest.mark.parametrize(
     ("error", "status", "said"),
     [
@@ -45,6 +57,9 @@ def raise_error(error: BaseException) -> object:
         (BaseExceptionGroup("two", [KeyboardInterrupt(), KeyError("x")]), 3, "internal error: BaseExceptionGroup"),
         (BaseExceptionGroup("one", [KeyboardInterrupt()]), 130, "interrupted"),
         (KeyboardInterrupt(), 130, "interrupted"),
+        (because(ImportError("initialization failed"), KeyboardInterrupt()), 130, "interrupted"),
+        (amid(KeyError("x"), because(RuntimeError("half made"), KeyboardInterrupt())), 130, "interrupted"),
+        (because(ImportError("initialization failed"), KeyError("x")), 3, "internal error: ImportError: init"),
         (MemoryError(), 2, "out of memory"),
         (InvalidInput("unknown 'x'"), 2, "unknown 'x'"),
         (BrokenPipeError(), 141, ""),
@@ -97,6 +112,26 @@ FAULTS = {
 }
 
 
+# SIGTERM at a chosen moment: while a module is looked for; while a class is made, which Python 3.11 takes for a fault
+# of the class; in a text that is executed, after which Python ends itself by SIGINT.
+INTERRUPT = """
+import signal, sys
+class Attribute:
+    def __set_name__(self, owner, name):
+        signal.raise_signal(signal.SIGTERM)
+class Finder:
+    def find_spec(name, *_):
+        if name == "conrod.cli.show":
+            {}
+sys.meta_path.insert(0, Finder)
+"""
+MOMENTS = {
+    "import": "signal.raise_signal(signal.SIGTERM)",
+    "class": "type('Half', (), {'made': Attribute()})",
+    "exec": "exec('signal.raise_signal(signal.SIGTERM)', globals())",
+}
+
+
 def with_fault(fault: str, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
     code = f"import sys; {fault}\nsys.argv = ['conrod', *sys.argv[1:]]\nfrom conrod.__main__ import main; main()"
     return subprocess.run(
@@ -110,6 +145,16 @@ def test_a_fault_of_conrod_is_one_line_with_status_3(fault: str) -> None:
     done = with_fault(fault, "show")
     assert (done.returncode, done.stderr.count("\n")) == (3, 1), done.stderr
     assert done.stderr.startswith("conrod: internal error: ")
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_command_told_to_end_while_it_loads_is_interrupted(moment: str, tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(INTERRUPT.format(MOMENTS[moment]))
+    done = subprocess.run(
+        [sys.executable, "-m", "conrod", "show"], capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    assert (done.returncode, done.stderr.strip()) == (130, "conrod: interrupted")
 
 
 def test_traceback_is_shown_for_conrod_debug() -> None:

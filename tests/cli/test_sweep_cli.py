@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import random
 import re
 import signal
 import subprocess
@@ -131,14 +132,18 @@ def test_results_are_a_tidy_table(folder: Path) -> None:
     assert [row["position_max"] for row in rows] == [str(row["position_max"] or "") for row in objects]
 
 
-@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
-def test_interrupted_sweep_keeps_runs_and_says_how_to_go_on(sent: signal.Signals, tmp_path: Path) -> None:
-    process = subprocess.Popen(
+def begun_sweep(folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
         [sys.executable, "-m", "conrod", "sweep", "saw-500rpm", "--engine", "pymunk", "--ledger", "l.sqlite"],
-        cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         # A shell starts what runs in its background with the signal ignored, and that is inherited.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509  nothing runs beside it
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("sent", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
+def test_interrupted_sweep_keeps_runs_and_says_how_to_go_on(sent: signal.Signals, tmp_path: Path) -> None:
+    process = begun_sweep(tmp_path)
     with Ledger.open(tmp_path / "l.sqlite") as ledger:
         while not any(ledger.rows()):
             time.sleep(0.1)
@@ -148,6 +153,18 @@ def test_interrupted_sweep_keeps_runs_and_says_how_to_go_on(sent: signal.Signals
     assert "the same command goes on from there" in errors
     assert "Traceback" not in errors
     assert conrod("results", cwd=tmp_path).stdout.count("\n") > 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("start", range(30))
+def test_sweep_ends_as_interrupted_whenever_it_is_told_to(start: int, tmp_path: Path) -> None:
+    process = begun_sweep(tmp_path)
+    time.sleep(random.Random(start).uniform(0.0, 4.0))
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=120)
+    # While it is still being loaded it ends as any program; before and after, by whom it is told, never by a fault.
+    assert process.returncode in (0, 130, -signal.SIGTERM), errors
+    assert "internal error" not in errors
 
 
 # -- limits ------------------------------------------------------------------------------------------------------------

@@ -12,7 +12,9 @@ import sqlite3
 import zlib
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import platformdirs
@@ -170,6 +172,36 @@ def test_internal_error_is_not_reported_as_one_of_the_file(ledger: Ledger) -> No
     # Negative control: a faulty statement stays what it is.
     with pytest.raises(sqlite3.OperationalError, match="no such table"):
         list(ledger._select("SELECT key FROM no_table WHERE key IN", KEYS))
+
+
+class InterruptedConnection(sqlite3.Connection):
+    """A connection to a ledger, with Ctrl-C right after the first statement that begins as `due` does."""
+
+    due = ""
+
+    def execute(self, statement: str, *values: Any) -> sqlite3.Cursor:
+        done = super().execute(statement, *values)
+        if self.due and statement.startswith(self.due):
+            self.due = ""
+            raise KeyboardInterrupt
+        return done
+
+
+@pytest.mark.parametrize("moment", ["BEGIN", "INSERT OR IGNORE INTO cells", "INSERT INTO runs"])
+def test_interrupt_amid_writing_keeps_what_has_finished(
+    moment: str, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    connected = partial(sqlite3.connect, factory=InterruptedConnection)
+    monkeypatch.setattr(ledger_file, "sqlite3", SimpleNamespace(**{**vars(sqlite3), "connect": connected}))
+    with Ledger.open(path) as ledger:
+        ledger._connection.due = moment  # type: ignore[attr-defined]
+        with pytest.raises(KeyboardInterrupt), InProcessExecutor() as executor:
+            run_cases(substitute_task(FEW, recalled), ledger, executor)
+    with Ledger.open(path) as ledger, InProcessExecutor() as executor:
+        finished = ledger.finished_keys(RESULTS)
+        assert finished
+        assert run_cases(substitute_task(FEW, recalled), ledger, executor) == RESULTS
+        assert len(executor.cases) == len(FEW) - len(finished)
 
 
 @pytest.mark.parametrize("part", ["VIEW timings AS SELECT * FROM cells", "VIEW v AS SELECT 1"])

@@ -238,6 +238,8 @@ class Ledger:
 
     def _begin_transaction(self) -> sqlite3.Connection:
         """Begin a transaction, which is committed at the end of its `with`, or undone by an error."""
+        # Ctrl-C may come after the beginning of one and before the `with` that would undo it.
+        self._connection.rollback()
         # Locked for writing at once: waiting in the middle of a transaction is not possible in SQLite.
         self._connection.execute("BEGIN IMMEDIATE")
         return self._connection
