@@ -48,7 +48,7 @@ def test_explain_points_to_pages_and_headings_that_exist() -> None:
         assert not heading or heading.replace("-", " ") in anchors, one.page
 
 
-def test_explain_knows_the_ingredients_of_all_committed_ablations() -> None:
+def test_explain_knows_ingredients_of_all_committed_ablations() -> None:
     studies = json.loads((Path(__file__).parents[2] / "reports" / "ablate" / "results.json").read_text("utf-8"))
     words = {(one.kind, one.word) for one in KNOWN}
     named = {
