@@ -96,6 +96,7 @@ def time_stepper_pair(
     *,
     rounds: int = STEPPER_ROUNDS,
     clock: Clock = time.thread_time_ns,
+    longest: float = math.inf,
 ) -> PairedTiming:
     """Time a step of one stepper against a step of another.
 
@@ -104,9 +105,10 @@ def time_stepper_pair(
             through should be the same in both.
         rounds: number of times that both are timed, at least 1.
         clock: CPU time of the calling thread [ns].
+        longest: CPU time [s] after which no further pair is made: what steps slowly is timed fewer times.
     """
     each = make_one, make_other
-    spent = _time_new_pairs(lambda: [partial(cpu_time, make(), 1, clock) for make in each], rounds)
+    spent = _time_new_pairs(lambda: [partial(cpu_time, make(), 1, clock) for make in each], rounds, longest)
     return PairedTiming.from_rounds(np.concatenate(spent))
 
 
@@ -128,10 +130,12 @@ def time_block_pair(make: Callable[[], Sequence[Block]], *, rounds: int = STEPPE
     return replace(whole, low=min(whole.low, *each), high=max(whole.high, *each))
 
 
-def _time_new_pairs(make: Callable[[], Sequence[Block]], rounds: int) -> list[Array]:
+def _time_new_pairs(make: Callable[[], Sequence[Block]], rounds: int, longest: float = math.inf) -> list[Array]:
     """CPU times of a unit, (n, 2) [ns] of the n rounds that each new pair of blocks has."""
-    spent, pairs = list[Array](), min(STEPPER_PAIRS, rounds)
+    spent, pairs, begun = list[Array](), min(STEPPER_PAIRS, rounds), time.process_time()
     for pair in range(pairs):
+        if spent and time.process_time() - begun > longest:
+            break
         blocks = make()
         steps = _warm_up(blocks, BLOCK_TIME, most=MAX_BLOCK_STEPS)
         spent.append(_time_alternately(blocks, steps, len(range(pair, rounds, pairs))) / steps)

@@ -18,7 +18,7 @@ from conrod.engines.mujoco.driven_joints import Drives
 from conrod.engines.mujoco.dynamics import bad_number_warnings, silence_warnings
 from conrod.engines.mujoco.model import constraint_jacobian
 from conrod.exact.motion import Array
-from conrod.exact.space import SpatialTree
+from conrod.exact.space import SpatialPoint, SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.mjcf.equalities import closure_name, constraint_violations, row_equalities, violation_reader
@@ -271,12 +271,20 @@ def _shortest_solutions(matrices: Array, right: Array) -> Array:
     return np.reshape(solved, (samples, width))
 
 
-def site_points(model: mujoco.MjModel, names: tuple[str, ...]) -> tuple[FoundPoint, ...]:
-    """Points by name: sites, or frames of bodies where no site has the name."""
+def site_points(
+    model: mujoco.MjModel, names: tuple[str, ...], others: Mapping[str, SpatialPoint] | None = None
+) -> tuple[FoundPoint, ...]:
+    """Points by name: sites, or frames of bodies where no site has the name, or others where neither has it."""
     kinds = {"body": range(model.nbody), "site": model.site_bodyid.tolist()}
     found = {
         name_or_number(model, kind, k): FoundPoint(name_or_number(model, kind, k), kind, k, body)
         for kind, bodies in kinds.items()
         for k, body in enumerate(bodies)
     }
-    return tuple(found[name] for name in names)
+    return tuple(found.get(name) or _body_point(name, (others or {})[name]) for name in names)
+
+
+def _body_point(name: str, point: SpatialPoint) -> FoundPoint:
+    """A point of a body, beside the body's frame."""
+    x, y, z = point.offset.tolist()
+    return FoundPoint(name, "body", point.body, point.body, (x, y, z))

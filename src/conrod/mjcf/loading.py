@@ -182,17 +182,26 @@ NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 
 @dataclass(frozen=True)
 class FoundPoint:
-    """A point of a compiled model: the frame of a site, a body or a geom."""
+    """A point of a compiled model: the frame of a site, a body or a geom, or a point beside it.
+
+    Attributes:
+        offset: of the point from the frame, along the axes of the body's frame [m]; only bodies have one.
+    """
 
     name: str
     kind: str
     index: int
     body: int
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def position(self, data: mujoco.MjData) -> Array:
         """Position (3,), in data whose kinematics are computed."""
         places = data.site_xpos if self.kind == "site" else data.xpos if self.kind == "body" else data.geom_xpos
-        return np.array(places[self.index])
+        return np.array(places[self.index]) + (self._arm(data) if any(self.offset) else 0.0)
+
+    def _arm(self, data: mujoco.MjData) -> Array:
+        """The offset (3,) along the axes of the world."""
+        return np.asarray(data.xmat[self.body].reshape(3, 3) @ np.array(self.offset))
 
     def motion(self, model: mujoco.MjModel, data: mujoco.MjData) -> tuple[Array, Array, Array]:
         """Position, velocity and acceleration, each (3,), in data after `mj_rnePostConstraint`."""
@@ -201,7 +210,13 @@ class FoundPoint:
         mujoco.mj_objectAcceleration(model, data, POINT_OBJECTS[self.kind], self.index, acceleration, 0)
         # It is an accelerometer's: what rests reads the reaction to gravity.
         fall = 0.0 if model.opt.disableflags & NO_GRAVITY else model.opt.gravity
-        return self.position(data), velocity[3:], acceleration[3:] + fall
+        if not any(self.offset):
+            return self.position(data), velocity[3:], acceleration[3:] + fall
+        # Of a point beside the frame: v + w x r, and a + w' x r + w x (w x r).
+        arm = self._arm(data)
+        moved = np.cross(velocity[:3], arm)
+        bent = np.cross(acceleration[:3], arm) + np.cross(velocity[:3], moved)
+        return self.position(data), velocity[3:] + moved, acceleration[3:] + bent + fall
 
 
 def joint_kind(model: mujoco.MjModel, joint: int) -> str:

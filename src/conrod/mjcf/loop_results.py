@@ -42,6 +42,7 @@ class LoopRequest:
         searched_share: share of the range of motion that settings are searched for where no tolerance is given; 0 for
             no search.
         largest_step: step [s] that actuators bear, above which no settings are searched; None without a limit.
+        cpu_time: CPU time [s] after which no further run at other steps or for settings is made; None without a limit.
     """
 
     drives: Mapping[str, str]
@@ -55,6 +56,7 @@ class LoopRequest:
     shares: Mapping[str, float] = field(default_factory=dict)
     searched_share: float = 0.0
     largest_step: float | None = None
+    cpu_time: float | None = None
 
     def in_si(self, scales: Mapping[str, float]) -> LoopRequest:
         """The same request with its shares of scales [SI] among the tolerances."""
@@ -204,6 +206,7 @@ class SettingsSearch:
         python: lines of Python that make the best settings of a compiled model.
         after_compiling: those of them that MJCF cannot express.
         borne: whether the largest step that was tried is the largest that actuators bear.
+        ended: CPU time [s] of all runs, where the search was ended by it; None where it came to its end.
     """
 
     allowed: Mapping[str, float]
@@ -219,6 +222,7 @@ class SettingsSearch:
     python: str = ""
     after_compiling: str = ""
     borne: bool = False
+    ended: float | None = None
 
 
 @dataclass(frozen=True)

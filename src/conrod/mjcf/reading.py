@@ -178,7 +178,8 @@ def laws_of(
     for name, text in question.drives.items():
         if name not in by_name:
             unknown = unknown_choice("joint", name, drivable)
-            raise OutsideLoopsError(str(unknown)) if name in names_of(model, "actuator") else unknown
+            actuators = [name_or_number(model, "actuator", k) for k in range(len(model.actuator_trntype))]
+            raise OutsideLoopsError(str(unknown)) if name in actuators else unknown
         joint = by_name[name]
         if joint.kind not in ("hinge", "slide"):
             raise InvalidInput(
@@ -218,7 +219,8 @@ def judged_points(
     """Select the points to judge: the named ones, or sites that closures move and drives determine, or bodies.
 
     A point that is rigid with what is driven or held is where the drives put it, however far the loops open: it is
-    selected by name, or where closures move no point at all.
+    selected by name, or where closures move no point at all. Points that are neither sites nor frames of bodies are
+    those of `conrod.exact.space.link_points`, in a tree that has them.
     """
     for name in question.points:
         if name not in tree.points:
@@ -233,4 +235,5 @@ def judged_points(
     judged = [name for name in carried if name not in freedom.undetermined]
     judged = [name for name in judged if name not in freedom.rigid] or judged
     sites = [name_or_number(model, "site", k) for k in range(model.nsite)]
-    return site_points(model, question.points or tuple(name for name in judged if name in sites) or tuple(judged))
+    names = question.points or tuple(name for name in judged if name in sites) or tuple(judged)
+    return site_points(model, names, tree.points)

@@ -21,13 +21,23 @@ LEG = CASES / "strut-leg.xml"
 LEG_DRIVES = {"leg_length": "sine:50mm,1Hz", "hip_pitch": "sine:20deg,1Hz"}
 ALLOWED = 1e-5  # [m]
 
-# A pinion drives a gear by an equality: their frames stand still, and the only site is on the pinion.
+# A pinion drives a gear by an equality: their frames stand still, and the only site is on the driven pinion.
 GEARS = """<mujoco><option gravity="0 0 0"/><worldbody>
   <body name="pinion"><joint name="pinion" axis="0 0 1"/><geom type="cylinder" size="0.02 0.01" contype="0"
     conaffinity="0"/><site name="tooth" pos="0.02 0 0"/></body>
   <body name="gear" pos="0.1 0 0"><joint name="gear" axis="0 0 1"/><geom type="cylinder" size="0.08 0.01" contype="0"
     conaffinity="0"/></body></worldbody>
   <equality><joint name="mesh" joint1="gear" joint2="pinion" polycoef="0 -0.25 0 0 0"/></equality></mujoco>"""
+
+# A four-bar of 120, 340, 280 and 360 mm whose bodies stand at their pins: the loop moves no frame of it.
+BARS = """<mujoco><option timestep="0.002"/><default><geom type="capsule" size="0.01" contype="0" conaffinity="0"/>
+  <joint axis="0 -1 0"/></default><worldbody>
+  <body name="crank"><joint name="crank"/><geom fromto="0 0 0 0.0771345132 0 0.0919253332"/>
+    <body name="coupler" pos="0.0771345132 0 0.0919253332"><joint name="pin"/>
+      <geom fromto="0 0 0 0.2832455061 0 0.1880744089"/></body></body>
+  <body name="rocker" pos="0.36 0 0"><joint name="rocker"/>
+    <geom fromto="0 0 0 0.0003800193 0 0.2799997421"/></body></worldbody>
+  <equality><connect body1="coupler" body2="rocker" anchor="0.2832455061 0 0.1880744089"/></equality></mujoco>"""
 
 
 def judged_points(text: str, drives: dict[str, str]) -> set[str]:
@@ -68,8 +78,31 @@ def test_points_on_driven_bodies_judge_loops_alone_and_say_so() -> None:
     assert not leg().judges_loops_alone
 
 
-def test_gears_whose_frames_stand_still_are_judged_by_their_mesh() -> None:
-    assert judged_points(GEARS, {"pinion": "60rpm"}) == {"tooth"}
+def test_gears_whose_frames_stand_still_are_judged_off_axes() -> None:
+    # The radius of gyration of the cylinder about its axis is its radius over sqrt(2).
+    assert judged_points(GEARS, {"pinion": "60rpm"}) == {"gear 56.6 mm off its axis"}
+    assert judged_points(GEARS, {"gear": "60rpm"}) == {"tooth"}
+
+
+@cache
+def bars() -> LoopStudy:
+    """The four-bar without sites, studied once."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, cheap in {"COARSER": (4,), "FINER": (1,), "CHECKED_INSTANTS": 9}.items():
+            patch.setattr(study, name, cheap)
+        patch.setattr("conrod.execution.paired_timing.BLOCK_TIME", 2e-5)
+        request = LoopRequest({"crank": "60rpm"}, tolerance={"position": 1e-5})
+        bench = study._LoopBench.from_request(mujoco.MjModel.from_xml_string(BARS), request)
+        return bench.study("bars.xml", "bars", None)
+
+
+def test_links_without_sites_are_judged_at_centres_of_gravity() -> None:
+    assert bars().points == ("centre of gravity of coupler", "centre of gravity of rocker")
+    assert not bars().judges_loops_alone
+    # A frame at a driven pin would be "within tolerance" however far the loops open.
+    assert bars().own.errors["position"] > 1e-5
+    assert not bars().passed
+    assert max(bars().kinematic.values()) < 1e-9  # position, velocity and acceleration beside a frame
 
 
 # -- the loops ---------------------------------------------------------------------------------------------------------

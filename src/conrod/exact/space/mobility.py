@@ -6,14 +6,14 @@ closure reactions follow from the Newton-Euler equations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
-from conrod.exact.space import SpatialBody, SpatialPoint
+from conrod.exact.space import SpatialBody, SpatialPoint, SpatialTree
 from conrod.exact.space.assembly import RANK_TOLERANCE
 from conrod.exact.space.forward_kinematics import Poses, Series, forward_kinematics
 from conrod.exact.space.loop_closure import antisymmetric, jacobian, point_jacobian
@@ -101,8 +101,8 @@ def drives_to_add(
 ) -> tuple[int, list[str]]:
     """Count free directions (free, k) that move joints or pins of the loops; choose joints that would hold them.
 
-    Other directions, such as a rod's spin about its axis, are idle. Joints with springs come first, as they have a
-    rest.
+    Other directions, such as a rod's spin about its axis, are idle; where no pin moves, as in Cardan's joint, those
+    that turn what a weld holds are not. Joints with springs come first, as they have a rest.
 
     Args:
         preferred: names of joints that come before, in this order.
@@ -113,6 +113,9 @@ def drives_to_add(
     moved = [_point_velocity(machine, found, pin, free_directions) for pin in pins]
     moved += [free_directions[machine.free == rate] for closure in tree.closures for s in closure.sums for rate in s]
     values, directions = np.linalg.svd(np.concatenate(moved))[1:]
+    if values.max(initial=0.0) <= MIN_MOTION and (turned := list(_points_beside_welds(tree))):
+        moved = [_point_velocity(machine, found, point, free_directions) for point in turned]
+        values, directions = np.linalg.svd(np.concatenate(moved))[1:]
     seen = free_directions @ directions[: int(np.sum(values > MIN_MOTION))].T
     chosen, rows = list[str](), seen[:0]
     places = {name: place for place, name in enumerate(preferred)}
@@ -122,6 +125,13 @@ def drives_to_add(
         if more.size and np.linalg.matrix_rank(more, MIN_MOTION) > len(rows):
             rows, chosen = more, [*chosen, joint.name]
     return seen.shape[1], chosen
+
+
+def _points_beside_welds(tree: SpatialTree) -> Iterator[SpatialPoint]:
+    """Yield points of welded bodies, an extent beside the weld: whatever turns these bodies moves one of them."""
+    for closure in tree.closures:
+        for point in closure.points if closure.kind == "weld" else ():
+            yield from (SpatialPoint(point.body, point.offset + tree.extent * axis) for axis in np.eye(3))
 
 
 def count_mobility(machine: DrivenTree) -> Mobility:

@@ -107,7 +107,8 @@ class DrivenTree(Assembly):
             else:
                 step *= 0.5
                 if step < MIN_STEP * duration:
-                    place = f"{self.describe_drives(self.knots[-1].time)} ({self.knots[-1].time:.6g} s)"
+                    time = self.knots[-1].time
+                    place = f"{self.describe_drives(time)}, after {time:.3g} s of its law"
                     raise InvalidInput(f"it goes no further than {place}: {NO_FURTHER}")
 
     def _next_knots(self, times: Array) -> list[Knot]:

@@ -32,6 +32,7 @@ def search_settings(
     limits: tuple[int, int],
     *,
     own: ShippedRun,
+    may_go_on: Callable[[], bool] = lambda: True,
 ) -> SettingsSearch:
     """Search settings for the cheapest that hold a tolerance.
 
@@ -44,7 +45,10 @@ def search_settings(
         step: the model's own [s].
         limits: least and greatest power of two of the own step.
         own: the file's own run as it is. What this does not keep, settings may break, where none keep it.
+        may_go_on: whether a further run may be made; what is not tried is taken not to hold.
     """
+    if not may_go_on():
+        return SettingsSearch(dict(allowed), tuple(guesses), (step, step))
     tried, timing = dict[tuple[str, int], Trial](), cache(timing_of)
     # A run that nothing drives is not judged: its loops need not stay closer than they do as it is.
     opening = max(loop_limits(allowed).get(LOOPS, math.inf), 0.0 if own.driven else own.gap)
@@ -52,6 +56,8 @@ def search_settings(
     def excess(need: Need, name: str, power: int) -> float:
         """How far a setting misses a need, at a step of 2^power times the model's own; each is run once."""
         if (name, power) not in tried:
+            if not may_go_on():
+                return math.inf
             tried[name, power] = run_at(name, step * 2.0**power)
         return _excess(*tried[name, power], allowed, need, opening)
 
@@ -62,12 +68,13 @@ def search_settings(
     for need in (*needs, *(("any",) if own.failed else ())):
         if (best := _cheapest(partial(excess, need), timing, guesses, limits)) is not None:
             break
-    ran = [run.timestep for run, _ in tried.values()]
+    ran = [run.timestep for run, _ in tried.values()] or [step]
     searched = SettingsSearch(dict(allowed), tuple(guesses), (min(ran), max(ran)))
     if best is None:
         sizes = {key: excess(need, *key) for key in tried}
-        nearest = min(sizes, key=lambda key: sizes[key])
-        return replace(searched, nearest=tried[nearest][0]) if math.isfinite(sizes[nearest]) else searched
+        nearest = min(sizes, key=lambda key: sizes[key], default=None)
+        known = nearest is not None and math.isfinite(sizes[nearest])
+        return replace(searched, nearest=tried[nearest][0]) if nearest is not None and known else searched
     (run, shipped), (name, power) = tried[best], best
     cost, beyond = _cost(name, power, timing), tried.get((name, power + 1))
     return replace(

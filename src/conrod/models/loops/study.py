@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from pathlib import Path
 
@@ -17,10 +18,10 @@ from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forc
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput, OutsideLoopsError, list_names
-from conrod.exact.motion import QUANTITIES, Array, PointMotion
+from conrod.exact.motion import Array
 from conrod.exact.space import SpatialTree
 from conrod.exact.space.immobility import describe_corrections, explain_immobility
-from conrod.exact.space.mobility import Mobility, SpatialForces, count_mobility, forces
+from conrod.exact.space.mobility import Mobility, SpatialForces, forces
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 from conrod.execution.paired_timing import PairedTiming, time_stepper_pair
 from conrod.mjcf.causes import append_causes, describe_closures
@@ -51,7 +52,7 @@ from conrod.models.loops.law_comparison import allowed_speed_error, compare_with
 from conrod.models.loops.load_differences import list_load_differences
 from conrod.models.loops.search import search_settings
 from conrod.models.loops.settings import SEARCHED, after_compiling, mjcf_lines, python_lines, settings_edits
-from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, track_motion
+from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, choose_points, motion_scales, track_motion
 from conrod.report.drawing.moving_links import MovingLinks
 from conrod.scenes.space import MACHINES
 
@@ -61,6 +62,7 @@ KEPT_MOTIONS = 1 + len(FINER) + len(COARSER)
 CHECKED_INSTANTS, MAX_STEPS = 180, 10**6
 # Of runs that search for settings: steps at most, and the finest step, as a power of two of the model's own.
 MAX_SEARCHED_STEPS, FINEST = 50_000, -6
+LONGEST_TIMING = 0.5  # [s] of a pair of settings, where the CPU time is limited
 
 
 def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float = 1.0) -> LoopStudy:
@@ -99,6 +101,7 @@ class _LoopBench:
 
     Attributes:
         moved_start: as in `LoopStudy`.
+        begun: CPU time of the process when it was assembled [s].
     """
 
     model: mujoco.MjModel
@@ -109,6 +112,7 @@ class _LoopBench:
     freedom: Mobility
     points: tuple[FoundPoint, ...]
     moved_start: str = ""
+    begun: float = field(default_factory=time.process_time)
 
     @classmethod
     def from_request(cls, model: mujoco.MjModel, question: LoopRequest, *, explained: bool = False) -> _LoopBench:
@@ -125,8 +129,7 @@ class _LoopBench:
             raise InvalidInput(f"{seconds:g} s are {seconds / step:.3g} of its time steps of {step:g} s: {most}")
         machine = DrivenTree(tree, laws, held)
         moved_start = track_motion(machine, seconds, start_words(model, key), explained)
-        freedom = count_mobility(machine)
-        points = judged_points(model, tree, freedom, question)
+        freedom, points = choose_points(model, machine, question)
         return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
 
     @property
@@ -143,7 +146,7 @@ class _LoopBench:
             moving = [name for name, way in ways.items() if way > least and name not in self.freedom.undetermined]
             others = f"; --point NAME takes {list_names(moving)}" if moving else ""
             raise InvalidInput(f"no judged point moves with these drives: {', '.join(judged)}{others}")
-        scales = _motion_scales([checked.points[name] for name in judged])
+        scales = motion_scales([checked.points[name] for name in judged])
         return replace(self, question=self.question.in_si(scales))._study_motion(
             file, name, machine, checked, travel, scales
         )
@@ -175,7 +178,7 @@ class _LoopBench:
             self.machine.misfit, kinematic, () if exact is None else exact.indeterminate, unknown, remarks,
             shipped, runs, steps, None if search is None else search.best, paste,
             self._compare_with_machine(machine, checked, travel),
-            {label: self._run_as_shipped(travel, label) for label in LABELS[1:]},
+            {label: self._run_as_shipped(travel, label) for label in LABELS[1:] if self._has_time()},
             self._open_start(), self.moved_start, self._closure_words(),
             tuple(point.name for point in self.points), scales=scales, search=search, moved=self._moved_points(),
             drawn=drawn,
@@ -232,7 +235,7 @@ class _LoopBench:
         at_own, others, recorded = list[LoopRun](), list[LoopRun](), dict[str, Array]()
         costs = self._costs()
         for label in LABELS:
-            made = {n: self._run(label, n, travel, recorded) for n in (*(1.0 / c for c in COARSER), 1.0)}
+            made = {n: self._run(label, n, travel, recorded) for n in (1.0, *(1.0 / c for c in COARSER))}
             if (found := _order_of(made)).claimed is None and found.plateau is None:
                 made |= {float(n): self._run(label, float(n), travel, recorded) for n in FINER}
                 found = _order_of(made)
@@ -254,6 +257,8 @@ class _LoopBench:
         count = int(self.seconds / step + 1e-9)
         if not 2 <= count <= MAX_STEPS:
             return LoopRun(label, step, Outcome.UNSUPPORTED, f"{count} steps: 2 to {MAX_STEPS:,} are made")
+        if refinement != 1.0 and not self._has_time():
+            return LoopRun(label, step, Outcome.UNSUPPORTED, f"not made: {self.question.cpu_time:g} s were over")
         run, coordinates = self._record_model(label, self._with_settings(label, step), travel)
         if refinement == 1.0:
             recorded[label] = coordinates
@@ -292,6 +297,10 @@ class _LoopBench:
     def _with_settings(self, label: str, step: float) -> mujoco.MjModel:
         return with_settings(self.model, label, step, self.period, idle=bool(self.freedom.idle))
 
+    def _has_time(self) -> bool:
+        """True while further runs may be made."""
+        return self.question.cpu_time is None or time.process_time() - self.begun <= self.question.cpu_time
+
     def _costs(self) -> dict[str, float]:
         """Cost of a step with each preset over one with the model's own settings, timed alternately."""
         step = float(self.model.opt.timestep)
@@ -305,7 +314,7 @@ class _LoopBench:
             data = mujoco.MjData(one)
             set_exact_state(data, start)
             steppers.append(looping_stepper(one, state_of(one, data), 100))
-        return time_stepper_pair(*steppers)
+        return time_stepper_pair(*steppers, longest=math.inf if self.question.cpu_time is None else LONGEST_TIMING)
 
     def _search(
         self,
@@ -349,8 +358,10 @@ class _LoopBench:
             return self._time(apply_recipe(self.model, edits(name, own_step)))
 
         limits = min(least, 0), max(most, 0)
-        found = search_settings(run_at, timing_of, guesses, allowed, own_step, limits, own=shipped)
-        found = replace(found, borne=borne)
+        found = search_settings(
+            run_at, timing_of, guesses, allowed, own_step, limits, own=shipped, may_go_on=self._has_time
+        )
+        found = replace(found, borne=borne, ended=None if self._has_time() else self.question.cpu_time)
         if (best := found.best) is None:
             return found, ""
         recipe = edits(best.label, best.timestep)
@@ -391,10 +402,3 @@ def _order_of(runs: Mapping[float, LoopRun]) -> ObservedOrder:
     """Observed order of completed runs, by their number of steps over the model's own."""
     errors = {round(COARSER[-1] * n): run.errors["position"] for n, run in sorted(runs.items()) if run.errors}
     return observed_order(list(errors), list(errors.values()))
-
-
-def _motion_scales(points: Sequence[PointMotion]) -> dict[str, float]:
-    """Largest range of motion [m], speed and acceleration [SI] of points."""
-    apart = (np.linalg.norm(p.position[:, None] - p.position[None], axis=2).max() for p in points)
-    rates = {q: max(float(np.linalg.norm(getattr(p, q), axis=1).max()) for p in points) for q in QUANTITIES[1:]}
-    return {QUANTITIES[0]: max(map(float, apart)), **rates}

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
 from conrod.errors import InvalidInput
-from conrod.exact.motion import Array
+from conrod.exact.motion import QUANTITIES, Array, PointMotion
 from conrod.exact.space.immobility import describe_corrections, explain_immobility, removable_words
-from conrod.exact.space.mobility import TooManyDrivesError, check_drives
+from conrod.exact.space.link_points import telling_points, with_telling_points
+from conrod.exact.space.mobility import Mobility, TooManyDrivesError, check_drives, count_mobility
 from conrod.exact.space.motion import DrivenTree
+from conrod.mjcf.loading import FoundPoint
+from conrod.mjcf.loop_results import LoopRequest
+from conrod.mjcf.reading import judged_points
 from conrod.mjcf.start import pose_words
 from conrod.models.loops.ranges import closed_pose_inside, is_folded, joints_outside, outside_words
 
@@ -85,3 +94,30 @@ def _track_from_inside(machine: DrivenTree, seconds: float, explained: bool) -> 
     except InvalidInput as error:
         raise InvalidInput(f"and from {nearest}, the nearest pose inside, {error}; --keyframe for another") from None
     return f"{folded}: the motion starts from the nearest closed pose inside, {nearest} (--keyframe for another)"
+
+
+def choose_points(
+    model: mujoco.MjModel, machine: DrivenTree, question: LoopRequest
+) -> tuple[Mobility, tuple[FoundPoint, ...]]:
+    """Count the mobility of a tracked machine, and choose the points to judge.
+
+    Where none that was chosen tells of the loops, and none was asked for, others do: bodies, or points of links, which
+    the tree of the machine then has too.
+    """
+    freedom = count_mobility(machine)
+    points = judged_points(model, machine.tree, freedom, question)
+    if question.points or question.machine is not None:
+        return freedom, points
+    telling = telling_points(machine, freedom)
+    if telling.intersection(point.name for point in points):
+        return freedom, points
+    machine.tree = with_telling_points(machine, telling)
+    freedom = count_mobility(machine)
+    return freedom, judged_points(model, machine.tree, freedom, question)
+
+
+def motion_scales(points: Sequence[PointMotion]) -> dict[str, float]:
+    """Largest range of motion [m], speed and acceleration [SI] of points."""
+    apart = (np.linalg.norm(p.position[:, None] - p.position[None], axis=2).max() for p in points)
+    rates = {q: max(float(np.linalg.norm(getattr(p, q), axis=1).max()) for p in points) for q in QUANTITIES[1:]}
+    return {QUANTITIES[0]: max(map(float, apart)), **rates}

@@ -48,18 +48,22 @@ def settings_words(study: LoopStudy) -> str:
     if (search := study.search) is None:
         return ""
     asked = ", ".join(f"{name} {with_share(study, name, allowed)}" for name, allowed in search.allowed.items())
+    within = "" if search.ended is None else f" in {search.ended:g} s of CPU time"
     if (best := search.best) is None:
         least, most = (f"{quantity(1e3 * step)} ms" for step in search.steps)
-        said = f"None of the settings that were tried holds {asked}: {', '.join(search.names)}, in steps of"
+        if within and least == most:
+            return f"No settings were searched that hold {asked}: the runs before took longer than {search.ended:g} s."
+        said = f"None of the settings that were tried{within} holds {asked}: {', '.join(search.names)}, in steps of"
         nearest = "" if search.nearest is None else f"; nearest: {_trial_words(study, search.nearest, search.allowed)}"
         return f"{said} {least} to {most}{nearest}."
     cost = f"at {measured_text(best.cost)} times the cost of its own settings"
     times = (
         f"{measured_text(search.speed)} times real time on this machine, with its own {measured_text(search.own_speed)}"
     )
-    said = f"The cheapest that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}"
+    cheapest = f"The cheapest of those tried{within}" if within else "The cheapest"
+    said = f"{cheapest} that holds {asked}: {best.label} with a step of {quantity(1e3 * best.timestep)} ms, {cost}"
     why = "its actuators bear none" if search.borne else f"the motion would have fewer than {FEWEST_STEPS}"
-    beyond = f"; no larger step was tried: {why}"
+    beyond = f"; no larger step was tried{'' if within else f': {why}'}"
     if search.coarser is not None:
         beyond = f"; {_trial_words(study, search.coarser, search.allowed)}"
         if search.coarser.is_within(search.allowed) and search.coarser_shipped is not None:
