@@ -6,6 +6,8 @@ friction that is switched off, or a spring at rest is not named.
 
 from __future__ import annotations
 
+from functools import cache, partial
+
 import mujoco
 import numpy as np
 
@@ -44,8 +46,19 @@ class ForceWatch:
         self._seen = dict[tuple[str, str], OtherForce]()
         self._scale = self._fastest = 0.0
         disabled = int(model.opt.disableflags)
-        self._springs = not disabled & compat.disable_bit("SPRING")
-        self._dampers = not disabled & compat.disable_bit("DAMPER")
+        springs, dampers = (not disabled & compat.disable_bit(name) for name in ("SPRING", "DAMPER"))
+        # What acts is sought at every step, and where, once.
+        self._sprung_joints = _marked(springs, model, "jnt_stiffness", "jnt_stiffnesspoly")
+        self._sprung_tendons = _marked(springs, model, "tendon_stiffness", "tendon_stiffnesspoly")
+        self._damped_tendons = _marked(dampers, model, "tendon_damping", "tendon_dampingpoly")
+        damped = _marked(dampers, model, "dof_damping", "dof_dampingpoly")
+        self._damped_joints = sorted({int(model.dof_jntid[dof]) for dof in damped})
+        self._geared = _marked(dampers, model, "actuator_damping", "actuator_dampingpoly")
+        self._curved_springs = _nonzero_mask(model, "jnt_stiffnesspoly", "jnt_springyield")
+        self._curved_dampers = _nonzero_mask(model, "dof_dampingpoly")
+        self._pair_named = cache(partial(_pair_name, model))
+        self._named = cache(partial(_kind_and_name, model))
+        self._unit_of = cache(partial(_force_unit, model))
         self._polynomials = [k for k in range(model.neq) if _is_nonlinear(model, k)]
         self._aside = mujoco.MjData(model)
         self._handles = {k: body for k in range(model.neq) if (body := _dragging_mocap(model, k)) is not None}
@@ -62,8 +75,7 @@ class ForceWatch:
         self._scale = max(self._scale, float(np.abs(np.concatenate(parts)).max(initial=0.0)))
         self._record_passive(data)
         for k in data.actuator_force.nonzero()[0].tolist():
-            self._record(kinds.ACTUATOR, _kind_and_name(self._model, "actuator", k),
-                       float(data.actuator_force[k]), "")  # fmt: skip
+            self._record(kinds.ACTUATOR, self._named("actuator", k), float(data.actuator_force[k]), "")
         if self._handles:
             self._record_drags(data)
         if self._polynomials:
@@ -91,23 +103,23 @@ class ForceWatch:
             if force == 0.0:
                 continue
             if (of := LIMITS.get(row)) is not None:
-                self._record(kinds.LIMIT, _kind_and_name(model, of, k), force, _force_unit(model, of, k))
+                self._record(kinds.LIMIT, self._named(of, k), force, self._unit_of(of, k))
             elif (of := FRICTIONS.get(row)) is not None:
                 at = int(model.dof_jntid[k]) if of == "joint" else k
-                self._record(kinds.FRICTION, _kind_and_name(model, of, at), force, _force_unit(model, of, at))
+                self._record(kinds.FRICTION, self._named(of, at), force, self._unit_of(of, at))
             elif row == PYRAMID or k not in touching:  # a pyramid's edges add up; a cone's first row is the normal
                 touching[k] = touching.get(k, 0.0) + force
         for k, force in touching.items():
-            geoms = [int(geom) for geom in data.contact.geom[k]]
-            if force > 0.0 and frozenset(geoms) != self._pair:
-                self._record(kinds.CONTACT, " and ".join(sorted(geom_name(model, geom) for geom in geoms)), force, "N")
+            one, other = data.contact.geom[k].tolist()
+            if force > 0.0 and frozenset((one, other)) != self._pair:
+                self._record(kinds.CONTACT, self._pair_named(one, other), force, "N")
 
     def _record_drags(self, data: mujoco.MjData) -> None:
         """Record the forces by which mocap bodies drag others."""
         model, owners = self._model, np.array(data.efc_id[: data.ne])
         for k, body in self._handles.items():
             force = float(np.linalg.norm(data.efc_force[: data.ne][owners == k][:3]))
-            name = f"mocap {_kind_and_name(model, 'body', body)} by {closure_name(model, k)}"
+            name = f"mocap {self._named('body', body)} by {closure_name(model, k)}"
             self._record(kinds.HANDLE, name, force, "N", exact=True)
 
     def _record_lacking(self, data: mujoco.MjData) -> None:
@@ -136,38 +148,33 @@ class ForceWatch:
                            ("qfrc_adhesion", kinds.ADHESION)):  # fmt: skip
             if (forces := getattr(data, name, None)) is not None and any(forces.tolist()):
                 self._record(kind, "", float(np.abs(forces).max()), "")
-        if self._springs and any(data.qfrc_spring.tolist()):
-            for k in np.flatnonzero(_nonzero_mask(model, "jnt_stiffness", "jnt_stiffnesspoly")).tolist():
-                linear = joint_kind(model, k) in ("hinge", "slide") and not _nonzero_mask(
-                    model, "jnt_stiffnesspoly", "jnt_springyield")[k]  # fmt: skip
-                self._record_joint(kinds.SPRING, k, data.qfrc_spring, exact=bool(linear))
-            for k in np.flatnonzero(_nonzero_mask(model, "tendon_stiffness", "tendon_stiffnesspoly")).tolist():
+        if (self._sprung_joints or self._sprung_tendons) and any(springs := list[float](data.qfrc_spring.tolist())):
+            for k in self._sprung_joints:
+                linear = joint_kind(model, k) in ("hinge", "slide") and not any(self._curved_springs[k : k + 1])
+                self._record_joint(kinds.SPRING, k, springs, exact=bool(linear))
+            for k in self._sprung_tendons:
                 low, high = model.tendon_lengthspring[k]
                 stretch = float(data.ten_length[k] - np.clip(data.ten_length[k], low, high))
                 self._record_tendon(kinds.SPRING, k, float(model.tendon_stiffness[k]) * stretch)
-        if self._dampers and any(data.qfrc_damper.tolist()):
-            for k in np.flatnonzero(_nonzero_mask(model, "tendon_damping", "tendon_dampingpoly")).tolist():
+        damped = self._damped_tendons or self._damped_joints or self._geared
+        if damped and any(dampers := list[float](data.qfrc_damper.tolist())):
+            for k in self._damped_tendons:
                 self._record_tendon(kinds.DAMPER, k, float(model.tendon_damping[k] * data.ten_velocity[k]))
-            damped = _nonzero_mask(model, "dof_damping", "dof_dampingpoly")
-            for k in np.unique(model.dof_jntid[damped]).tolist():
-                linear = not _nonzero_mask(model, "dof_dampingpoly")[model.jnt_dofadr[k]]
-                self._record_joint(kinds.DAMPER, k, data.qfrc_damper, exact=bool(linear))
-            geared = np.flatnonzero(_nonzero_mask(model, "actuator_damping", "actuator_dampingpoly")).tolist()
-            for k in geared:
-                self._record(kinds.DAMPER, _kind_and_name(model, "actuator", k),
-                           float(np.abs(data.qfrc_damper).max()), "")  # fmt: skip
+            for k in self._damped_joints:
+                first = int(model.jnt_dofadr[k])
+                linear = not any(self._curved_dampers[first : first + 1])
+                self._record_joint(kinds.DAMPER, k, dampers, exact=bool(linear))
+            for k in self._geared:
+                self._record(kinds.DAMPER, self._named("actuator", k), max(map(abs, dampers)), "")
 
-    def _record_joint(self, kind: str, joint: int, forces: Array, *, exact: bool) -> None:
+    def _record_joint(self, kind: str, joint: int, forces: list[float], *, exact: bool) -> None:
         model, first = self._model, int(self._model.jnt_dofadr[joint])
         last = int(model.jnt_dofadr[joint + 1]) if joint + 1 < model.njnt else model.nv
-        name = _kind_and_name(model, "joint", joint)
-        self._record(
-            kind, name, float(np.abs(forces[first:last]).max()), _force_unit(model, "joint", joint), exact=exact
-        )
+        name, unit = self._named("joint", joint), self._unit_of("joint", joint)
+        self._record(kind, name, max(map(abs, forces[first:last])), unit, exact=exact)
 
     def _record_tendon(self, kind: str, tendon: int, force: float) -> None:
-        name = _kind_and_name(self._model, "tendon", tendon)
-        self._record(kind, name, force, _force_unit(self._model, "tendon", tendon))
+        self._record(kind, self._named("tendon", tendon), force, self._unit_of("tendon", tendon))
 
     def _record(self, kind: str, name: str, size: float, unit: str, *, exact: bool = False) -> None:
         key, before = (kind, name), self._seen.get((kind, name))
@@ -181,6 +188,10 @@ def geom_name(model: mujoco.MjModel, geom: int) -> str:
         return "a flex"
     own = mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom)
     return own or name_or_number(model, "body", int(model.geom_bodyid[geom]))
+
+
+def _pair_name(model: mujoco.MjModel, one: int, other: int) -> str:
+    return " and ".join(sorted(geom_name(model, geom) for geom in (one, other)))
 
 
 def _kind_and_name(model: mujoco.MjModel, kind: str, index: int) -> str:
@@ -270,6 +281,11 @@ def _force_unit(model: mujoco.MjModel, kind: str, index: int) -> str:
     wraps = range(first, first + int(model.tendon_num[index]))
     of_joints = [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == int(mujoco.mjtWrap.mjWRAP_JOINT)]
     return "N m" if of_joints and all(joint_kind(model, joint) == "hinge" for joint in of_joints) else "N"
+
+
+def _marked(acting: bool, model: mujoco.MjModel, *fields: str) -> list[int]:
+    """Indices of the elements for which any of some fields is not 0; none where they do not act."""
+    return np.flatnonzero(_nonzero_mask(model, *fields)).tolist() if acting else []
 
 
 def _nonzero_mask(model: mujoco.MjModel, *fields: str) -> Array:

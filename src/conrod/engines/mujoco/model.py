@@ -213,14 +213,11 @@ def build(machine: Machine, settings: MuJoCoSettings, sensors: bool = True) -> M
 def constraint_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
     """Jacobian (nefc, nv) of all active constraints, as a dense array for sparse models too."""
     if not mujoco.mj_isSparse(model):
-        # MuJoCo keeps it as it is. From 0.0 on: no entry is -0.0, as in the products below.
+        # MuJoCo keeps it as it is. No entry is -0.0, dense or sparse.
         return np.array(np.ravel(data.efc_J)[: data.nefc * model.nv].reshape(data.nefc, model.nv) + 0.0)
-    jacobian = np.empty((data.nefc, model.nv))
-    for k, direction in enumerate(np.eye(model.nv)):
-        column = np.empty(data.nefc)
-        mujoco.mj_mulJacVec(model, data, column, direction)
-        jacobian[:, k] = column
-    return jacobian
+    jacobian, places = np.zeros((data.nefc, model.nv)), (data.efc_J_rownnz, data.efc_J_rowadr, data.efc_J_colind)
+    mujoco.mju_sparse2dense(jacobian, np.ravel(data.efc_J), *map(np.ravel, places))
+    return jacobian + 0.0
 
 
 def equality_jacobian(model: mujoco.MjModel, data: mujoco.MjData) -> Array:
