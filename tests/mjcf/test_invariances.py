@@ -14,7 +14,7 @@ from conrod.execution.resolve_arguments import select_scene
 from conrod.mjcf.loading import load_model
 from conrod.mjcf.runs import run, state_of
 from conrod.models.invariances import solvers
-from conrod.models.invariances.accelerations import Similarity, forward, with_converged_solver
+from conrod.models.invariances.accelerations import Similarity, accelerations, forward, with_converged_solver
 from conrod.models.invariances.changes import SIMILARITIES, InvarianceBench, similarities
 from conrod.models.invariances.results import InvarianceOutcome
 from conrod.models.invariances.study import all_invariance_checks, study_declaration_orders
@@ -43,6 +43,16 @@ def bench_of(path: Path, more: str = "") -> InvarianceBench:
     data.ctrl[:], data.qvel[:], data.qvel[4:6] = 0.5, 0.1, 1.0  # the box slides
     states = run(model, state_of(model, data), 60).states[::20]
     return InvarianceBench.from_states(model, 0.02 * np.arange(len(states)), states)
+
+
+def test_a_symmetric_state_has_a_bound_of_rounding_too() -> None:
+    # Links that lie level: no rounding of the angles changes a cosine of 1, and turned worlds round otherwise.
+    link = '<joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.5 0 0" size="0.02"/>'
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><worldbody><body>{link}<body pos="0.5 0 0">{link}</body></body></worldbody></mujoco>'
+    )
+    found = accelerations(model, state_of(model, mujoco.MjData(model)))
+    assert 1e-15 * found.size < found.bound < 1e-13 * found.size
 
 
 @pytest.fixture(scope="module")

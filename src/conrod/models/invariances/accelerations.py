@@ -81,7 +81,9 @@ def accelerations(model: mujoco.MjModel, state: Array) -> Accelerations:
     sizes[model.nq : model.nq + model.nv] = state[model.nq : model.nq + model.nv]
     last_places = ROUNDING_UNITS * np.finfo(float).eps * sizes
     draws = (state + last_places * random.uniform(-1.0, 1.0, len(state)) for _ in range(ROUNDING_DRAWS))
-    return replace(found, bound=ROUNDING_MARGIN * max(found.difference(forward(model, draw).qacc) for draw in draws))
+    largest = max(found.difference(forward(model, draw).qacc) for draw in draws)
+    # At a symmetric state no rounding of it may show, and accelerations are numbers that are rounded themselves.
+    return replace(found, bound=ROUNDING_MARGIN * max(largest, ROUNDING_UNITS * np.finfo(float).eps * found.size))
 
 
 FREE, SLIDE = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_SLIDE)
