@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
+import traceback
 from pathlib import Path
 
-from conrod.errors import MAX_CHOICES, no_such_file, unknown_choice
+from conrod.errors import MAX_CHOICES, no_such_file, portable, unknown_choice
 
 MANY = [f"joint_{number:02}" for number in range(40)]
 
@@ -19,6 +21,24 @@ def test_long_list_is_cut_to_the_nearest_where_one_is_near() -> None:
 def test_long_list_is_left_to_the_command_that_prints_it() -> None:
     said = str(unknown_choice("joint", "joint_07x", MANY, "conrod joints"))
     assert said == "unknown joint 'joint_07x': did you mean 'joint_07'? all: conrod joints"
+
+
+def test_a_name_of_any_length_is_echoed_shortened() -> None:
+    said = str(unknown_choice("joint", "x" * 100_000, MANY[:3]))
+    assert len(said) < 200
+    assert said.endswith("..': choose from joint_00, joint_01, joint_02")
+
+
+def test_traceback_of_an_error_that_cannot_be_sent_is_kept() -> None:
+    class LocalError(Exception):
+        """An error that cannot be pickled, as its class has no place in a module."""
+
+    try:
+        raise LocalError("far away")
+    except LocalError as error:
+        sent = pickle.loads(pickle.dumps(portable(error)))
+    assert str(sent) == "LocalError: far away"
+    assert "test_errors.py" in "".join(traceback.format_exception(sent))
 
 
 def test_all_names_are_listed_if_none_is_near_or_they_are_few() -> None:

@@ -21,6 +21,7 @@ MIN_LIKENESS, NEARLY_AS_LIKE, BEGUN_NAME_FACTOR = 0.49, 0.95, 0.75
 MAX_CHOICES = 12  # names that an error lists where one is near
 MAX_LISTED_CHARACTERS = 500  # of all names, where none is near
 MAX_FILES_LOOKED_AT, MIN_LIKENESS_OF_FILES = 1000, 0.65  # in a folder, for the nearest name
+MAX_ECHO = 80  # letters of a name that was typed, in an error
 
 
 # Characters that command a terminal or a reader, each as what is shown in its place: control characters but tab and
@@ -77,19 +78,19 @@ def unknown_choice(kind: str, given: str, choices: Iterable[str], listing: str =
     Args:
         listing: command that prints the names, such as `conrod show`; empty if there is none.
     """
-    names = sorted(choices)
+    names, shown = sorted(choices), repr(given if len(given) <= MAX_ECHO else f"{given[:MAX_ECHO]}..")
     if not names:
-        return InvalidInput(f"unknown {kind} {given!r}: there is none with a name")
+        return InvalidInput(f"unknown {kind} {shown}: there is none with a name")
     near = " or ".join(repr(name) for name in nearest(given, names))
     hint, more = f"did you mean {near}? " if near else "", ""
     if near and len(names) > MAX_CHOICES:
         if listing:
-            return InvalidInput(f"unknown {kind} {given!r}: {hint}all: {listing}")
+            return InvalidInput(f"unknown {kind} {shown}: {hint}all: {listing}")
         more = f" and {len(names) - MAX_CHOICES} more"
         names = sorted(sorted(names, key=lambda name: -_likeness(given.casefold(), name))[:MAX_CHOICES])
     elif listing and len(", ".join(names)) > MAX_LISTED_CHARACTERS:
         more, names = f" and {len(names) - MAX_CHOICES} more; all: {listing}", names[:MAX_CHOICES]
-    return InvalidInput(f"unknown {kind} {given!r}: {hint}choose from {', '.join(names)}{more}")
+    return InvalidInput(f"unknown {kind} {shown}: {hint}choose from {', '.join(names)}{more}")
 
 
 def nearest(given: str, names: Iterable[str], max_names: int = 2) -> list[str]:
@@ -180,7 +181,10 @@ def portable(error: Exception) -> Exception:
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:  # pickling runs code of the error's own class, which may raise anything
-        return RuntimeError(f"{type(error).__name__}: {error}")
+        made = RuntimeError(f"{type(error).__name__}: {error}")
+        for note in getattr(error, "__notes__", ()):
+            made.add_note(note)
+        return made
     return error
 
 
