@@ -127,6 +127,24 @@ def test_settling_time_is_that_of_plain_mujoco(healthy: ActuatorResult) -> None:
     assert response.final == pytest.approx(values[-1], abs=3e-4)
 
 
+def test_servo_at_its_limit_against_a_wall_is_not_too_weak() -> None:
+    free = mujoco.MjSpec.from_string(
+        f'<mujoco><option timestep="{STEP}"/><worldbody><body name="lift"><joint name="lift" type="slide" axis="0 0 1" '
+        f'range="-0.5 0.5" limited="true"/><geom name="load" size="0.05" mass="{MASS}"/></body></worldbody>'
+        f'<actuator><position name="servo" joint="lift" kp="{KP}" dampratio="1" ctrlrange="-0.4 0.4" '
+        f'forcerange="{-3 * WEIGHT} {3 * WEIGHT}"/></actuator></mujoco>'
+    )
+    strong = try_one(free.compile())
+    free.worldbody.add_geom(name="wall", type=mujoco.mjtGeom.mjGEOM_BOX, size=[1, 1, 0.1], pos=[0, 0, 0.3])
+    found = try_one(free.compile())
+    blocked = next(one for one in found.responses if not one.is_reached)
+    assert abs(blocked.last) == pytest.approx(3 * WEIGHT)
+    assert not found.is_too_weak
+    assert "contact of load and wall in the way" in found.words()
+    # Control: without the wall as strong a servo gets there.
+    assert all(one.is_reached for one in strong.responses)
+
+
 def test_servo_ten_times_too_weak_is_named() -> None:
     found = try_one(servo(f'dampratio="1" forcerange="{-0.1 * WEIGHT} {0.1 * WEIGHT}"'))
     assert found.is_too_weak

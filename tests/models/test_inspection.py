@@ -19,12 +19,20 @@ from conrod.comparison.other_forces import LIMIT, SPRING, OtherForce
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.mjcf.crank_speed import CrankSpeed
-from conrod.mjcf.loop_results import LABELS, JointSpeed, LawComparison, LoopRun
+from conrod.mjcf.loop_results import LABELS, JointSpeed, LawComparison, LoopRequest, LoopRun
 from conrod.models.inspection.drive_choice import choose_drives
-from conrod.models.inspection.report import INSPECTION_REPORT, finding, next_step, sections, settings_to_paste
+from conrod.models.inspection.report import (
+    INSPECTION_REPORT,
+    finding,
+    next_step,
+    parts_to_paste,
+    sections,
+    settings_to_paste,
+)
 from conrod.models.inspection.results import Inspection, InspectionRequest
 from conrod.models.inspection.study import inspect, judge_motion, largest_step
 from conrod.models.lint.findings import Finding, Severity
+from conrod.models.loops import study as loops_study
 from conrod.report.findings import Findings
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -90,7 +98,7 @@ def test_missing_files_that_no_motion_needs_are_left_out(tmp_path: Path) -> None
     found = inspected(MESHES.format(geom='<geom size="0.05"/>'), tmp_path)
     assert found.passed
     words = said(found, "load")
-    assert "2 meshes (base.stl, arm.stl) and 1 texture (wood.png) are not there and left out" in words
+    assert "2 meshes (base.stl, arm.stl) and 1 texture image (wood.png) are not there and left out" in words
     assert "fore lacks the mass of arm.stl" in words
     assert "upper lacks" not in words
     assert not any("does not take it" in one for one in found.lint_notes)
@@ -182,7 +190,7 @@ def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path, clo
     assert found.loading.mass == pytest.approx(closed.loading.mass, rel=1e-9)
     # The unit comes before all else, as no size is right without it; asked once, and not of a model in metres.
     assert next_step(typed).startswith("if it is in mm: conrod check")
-    assert "model.xml --unit mm; otherwise: conrod check" in next_step(typed)
+    assert "model.xml --unit mm; otherwise: conrod " in next_step(typed)
     assert "if it is in mm" not in next_step(found) + next_step(closed)
 
 
@@ -222,6 +230,8 @@ def test_a_closed_four_bar_has_nothing_in_its_way(closed: Inspection) -> None:
         search = replace(motion.search, after_compiling=compiled)
         edited = replace(given, motion=replace(motion, runs=(off,), paste="<option/>", search=search))
         assert next_step(edited).startswith(words)
+        # They are so without an error of lint: the file is out of tolerance until they are in it.
+        assert next_step(replace(edited, findings=())).startswith(words)
     assert next_step(replace(closed, findings=(soft,))).startswith("conrod harden")  # its own do: no line is printed
     in_mm = replace(closed, findings=(soft,), question=replace(closed.question, unit=1e-3))
     assert next_step(in_mm).endswith("model.xml --unit mm")
@@ -306,6 +316,21 @@ def test_an_open_loop_is_named_with_its_nearest_closed_pose(tmp_path: Path) -> N
     assert inspected(mended, tmp_path, keyframe="closed").closing.passed
 
 
+def test_a_pose_too_long_for_a_sentence_is_there_to_paste(closed: Inspection) -> None:
+    pose = " ".join(["0.5"] * 21)
+    start = replace(closed.closing.start, gaps={"pin2": 0.3}, closed=pose)
+    found = replace(closed, closing=replace(closed.closing, poses=(start,)))
+    assert "the nearest closed pose is below" in said(found, "close")
+    title, lines = next(parts_to_paste(found))
+    assert title == "the nearest closed pose, to paste before </mujoco>"
+    assert lines == f'<keyframe><key name="closed" qpos="{pose}"/></keyframe>'
+    assert next_step(found).startswith("paste keyframe closed above before </mujoco>, then conrod check")
+    # Control: a short pose stands in the sentence alone.
+    short = replace(closed, closing=replace(closed.closing, poses=(replace(start, closed="0 0 0"),)))
+    assert 'the nearest closed pose is qpos="0 0 0"' in said(short, "close")
+    assert not [one for one in parts_to_paste(short) if "pose" in one[0]]
+
+
 def test_a_loop_open_by_a_millimetre_is_said(tmp_path: Path) -> None:
     found = inspected(CLOSED.replace('name="R" pos="0.22 0 0"', 'name="R" pos="0.221 0 0"'), tmp_path)
     assert not found.closing.passed
@@ -324,6 +349,15 @@ def test_a_loop_that_an_axis_blocks_names_the_axis(tmp_path: Path, closed: Inspe
     assert next_step(found).startswith("mend what leaves it no freedom, as 4 says, then conrod check")
     # Control: with parallel axes nothing is blocked.
     assert "Nothing of it can move." not in finding(closed)
+
+
+def test_a_closure_too_many_is_named_where_no_axis_explains(tmp_path: Path, judged: None) -> None:
+    # A body that a weld holds to the world: nothing in it is off, and nothing can move.
+    found = inspected(
+        """<mujoco><worldbody><body name="box"><freejoint/><geom type="box" size="0.1 0.1 0.1"/></body></worldbody>
+        <equality><weld name="glue" body1="box"/></equality></mujoco>""", tmp_path,
+    )  # fmt: skip
+    assert "mend what leaves it no freedom: one of glue is too many, then conrod check" in next_step(found)
 
 
 def test_an_anchor_that_is_off_its_parts_is_named() -> None:
@@ -378,6 +412,10 @@ def test_a_model_without_loop_and_actuator_says_so_first(tmp_path: Path) -> None
     arm = FOLDED_ARM.replace("<equality>EQUALITY</equality>", "")
     words = "It has no closed loop and no actuator that was tried: no motion of it is judged."
     assert words in finding(inspected(arm, tmp_path))
+    # A motor is tried, and reaches no position.
+    motor = '<actuator><motor name="push" joint="wrist"/></actuator></mujoco>'
+    words_of_force = "It has no closed loop, and push is a force: no motion of it is judged."
+    assert words_of_force in finding(inspected(arm.replace("</mujoco>", motor), tmp_path))
     # Control: an actuator that was tried is the first thing to say.
     servo = '<actuator><position name="servo" joint="wrist" kp="50" kv="5"/></actuator></mujoco>'
     assert words not in finding(inspected(arm.replace("</mujoco>", servo), tmp_path))
@@ -391,6 +429,36 @@ def test_a_model_that_stands_still_is_no_model_without_findings() -> None:
 
 
 # -- how exact? --------------------------------------------------------------------------------------------------------
+
+
+# Cardan's joint: the output's axis is bent by 30 deg. All points of its axes stand still, and all of it turns.
+CARDAN = """<mujoco><option gravity="0 0 0"/><default><geom contype="0" conaffinity="0" size="0.01"/></default>
+  <worldbody><body name="input"><joint name="input" axis="1 0 0"/><geom type="capsule" fromto="-0.3 0 0 0 0 0"/>
+    <body name="cross"><joint name="c1" axis="0 0 1"/><geom type="box" size="0.01 0.02 0.02"/>
+      <body name="output"><joint name="c2" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.26 0 0.15"/>
+        <site name="tip" pos="0.26 0 0.15"/></body></body></body>
+  <body name="bearing" pos="0.26 0 0.15"><joint name="roll" axis="0.26 0 0.15"/><geom type="sphere"/>
+    <site name="seat"/></body></worldbody>
+  <equality><weld name="shaft" site1="tip" site2="seat"/></equality></mujoco>"""
+
+
+def test_a_loop_that_turns_on_the_spot_is_driven() -> None:
+    model = mujoco.MjModel.from_xml_string(CARDAN)
+    assert choose_drives(model, model.qpos0) == ({"input": "60rpm"}, "")
+    request = LoopRequest({"input": "60rpm"}, seconds=1.0)
+    judged = [point.name for point in loops_study._LoopBench.from_request(model, request).points]
+    assert judged
+    assert all(name.endswith("mm off its axis") for name in judged)
+
+
+def test_two_floating_bodies_on_a_pin_have_nothing_to_drive() -> None:
+    body = '<body name="{0}" pos="{1} 0 0"><freejoint/><geom type="box" size="0.1 0.1 0.1"/></body>'
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody>{body.format('a', 0)}{body.format('b', 0.2)}</worldbody>"
+        '<equality><connect body1="a" body2="b" anchor="0.1 0 0"/></equality></mujoco>'
+    )
+    reason = "its loops move, but no hinge or slide of them that a law could drive does"
+    assert choose_drives(model, model.qpos0) == ({}, reason)
 
 
 def chosen(name: str) -> tuple[dict[str, str], str]:
@@ -480,6 +548,7 @@ def test_the_next_command_goes_on_with_the_options_given(tmp_path: Path) -> None
     ("actuator", "words"),
     [
         ("<motor name='push' joint='j' ctrlrange='-1 1'/>", "conrod invariances"),
+        ("<velocity name='servo' joint='j' kv='90' ctrlrange='-0.01 0.01'/>", "--drive servo=sine:1.3mm,1Hz"),
         ("<position name='servo' joint='j' kp='900' kv='90' ctrlrange='0 0.1'/>", "--drive servo=move:0mm,"),
     ],
 )
@@ -488,7 +557,7 @@ def test_the_next_command_is_one_that_the_model_takes(tmp_path: Path, actuator: 
     text = f"<mujoco><worldbody>{body}</worldbody><actuator>{actuator}</actuator></mujoco>"
     found = inspected(text, tmp_path)
     assert words in next_step(found)
-    if found.moving.actuators[0].kind == "position":
+    if found.moving.actuators[0].kind != "motor":
         _, law = next_step(found).rsplit("=", 1)
         assert inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": law}), "model").passed
 
@@ -496,5 +565,9 @@ def test_the_next_command_is_one_that_the_model_takes(tmp_path: Path, actuator: 
 def test_joints_that_are_held_are_named_as_held(closed: Inspection) -> None:
     run = LoopRun("as it is", 1e-3, Outcome.DIVERGED, "not finite at 0.1 s", gap=1.0)
     motion = loop_study(runs=(run,))
-    lines = said(replace(closed, motion=motion, drives={"crank": "60rpm", "pin": "hold"}), "exact")
+    failed = replace(closed, motion=motion, drives={"crank": "60rpm", "pin": "hold"})
+    # What ends with status 1 says why in its first line.
+    assert not failed.passed
+    assert "Driven by crank it ends as diverged: not finite at 0.1 s." in finding(failed)
+    lines = said(failed, "exact")
     assert lines.splitlines()[0] == "driven by crank=60rpm (held: pin) it ends as diverged: not finite at 0.1 s"

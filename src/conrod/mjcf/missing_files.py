@@ -21,7 +21,7 @@ from conrod.mjcf.unknown_names import XML_ERRORS
 MAX_INCLUDES = 200  # files that are included, one in the other or side by side
 # Kinds of assets in a file, each with the folder that the compiler is given for it.
 ASSET_FOLDERS = {"meshes": "meshdir", "textures": "texturedir", "hfields": "meshdir", "skins": "meshdir"}
-ASSET_NOUNS = {"meshes": "mesh", "textures": "texture", "hfields": "height field", "skins": "skin"}
+ASSET_NOUNS = {"meshes": "mesh", "textures": "texture image", "hfields": "height field", "skins": "skin"}
 GEOM, XBODY = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_XBODY)
 
 

@@ -96,7 +96,7 @@ def test_achilles_rod_spins_idly_and_its_base_and_arm_are_held() -> None:
     assert machine.held == ("base", "arm")
     # The only site is on the held thigh, and frames of bodies stand where the driven knee puts them: what is judged is
     # what the loop moves, and none that only the rod's spin could move.
-    assert judged == {"centre of gravity of tarsus"}
+    assert judged == {"centre of gravity of tarsus", "centre of gravity of rod"}
 
 
 def test_what_else_to_drive_is_named_with_a_spring_to_hold_first() -> None:

@@ -72,7 +72,7 @@ def bench_with(errors: dict[float, float | None]) -> tuple[Any, list[float]]:
     made = list[float]()
 
     def run(label: str, finer: float, *_: Any) -> LoopRun:
-        if label == study.OWN:
+        if label == study.OWN_SETTINGS:
             made.append(finer)
         error = errors[finer]
         found = {} if error is None else {"position": error}

@@ -108,7 +108,7 @@ class DrivenTree(Assembly):
                 step *= 0.5
                 if step < MIN_STEP * duration:
                     time = self.knots[-1].time
-                    place = f"{self.describe_drives(time)}, after {time:.3g} s of its law"
+                    place = f"{self.describe_drives(time)}, after {time:.3g} s"
                     raise InvalidInput(f"it goes no further than {place}: {NO_FURTHER}")
 
     def _next_knots(self, times: Array) -> list[Knot]:

@@ -207,11 +207,19 @@ class ActuatorResult:
 
     @property
     def is_too_weak(self) -> bool:
-        """True if it is at its force limit and not where it is commanded to, or its load is beyond the limit."""
-        if (limit := self.limit) is None or self.sag is None:
+        """True if it stays at its force limit short of its command, with nothing in its way, or its load is larger."""
+        if self.limit is None or self.sag is None:
             return False
-        held = (abs(one.last) >= AT_LIMIT_SHARE * limit and not one.is_reached for one in self.responses)
-        return abs(self.load) > limit or any(held)
+        return abs(self.load) > self.limit or self._weakest is not None
+
+    @property
+    def _weakest(self) -> StepResponse | None:
+        """The response that remains furthest off at the force limit with nothing in its way; None if none does."""
+        if (limit := self.limit) is None or self.sag is None:
+            return None
+        free = (one for one in self.responses if not one.is_reached and not one.obstacles)
+        held = (one for one in free if abs(one.last) >= AT_LIMIT_SHARE * limit)
+        return max(held, key=lambda one: one.missing_share, default=None)
 
     @property
     def misses_command(self) -> bool:
@@ -230,10 +238,9 @@ class ActuatorResult:
             yield self.steps.words if self.steps is not None and self.steps.diverges else f"diverges: {self.broke}"
             return
         if self.is_too_weak:
-            yield (
-                f"is too weak: it gives {measured_text(self.limit)} {self.force_unit}, and holding its start takes "
-                f"{measured_text(abs(self.load))} {self.force_unit}"
-            )
+            given, short = f"it gives {measured_text(self.limit)} {self.force_unit}", self._weakest
+            takes = f"holding its start takes {measured_text(abs(self.load))} {self.force_unit}"
+            yield f"is too weak: {given}, and {takes if short is None else self._ends_words(short)}"
         elif worst := max((r for r in self.responses if not r.is_reached), key=lambda r: r.missing_share, default=None):
             yield self._missing_words(worst)
         unsettled = [one for one in self.responses if one.settling is None and not one.creeps]
@@ -254,13 +261,18 @@ class ActuatorResult:
         if worst.creeps and not worst.obstacles:
             target = shown_value(worst.target, self.moved_unit)
             return f"is slow: after {quantity(worst.seconds, 2)} s it is still {off} off {target}, and moves on"
-        where = f"ends {off} off the {shown_value(worst.target, self.moved_unit)} that are commanded"
+        where = self._ends_words(worst)
         if worst.obstacles:
             return f"{where}: {' and '.join(worst.obstacles)} in the way"
         if abs(self.load) > 0.0 and self.sag is not None and abs(self.sag) > 0.5 * abs(worst.error):
             # The load where it ends, which is not that of the start.
             return f"{where}, under a load of {measured_text(abs(worst.last))} {self.force_unit} there: its gain is low"
         return where
+
+    def _ends_words(self, response: StepResponse) -> str:
+        """Say how far off its command a response ends."""
+        off, unit = _shown_size(response.error, self.moved_unit), self.moved_unit
+        return f"ends {off} off the {shown_value(response.target, unit)} that are commanded"
 
     @property
     def damping_hint_words(self) -> str:

@@ -49,12 +49,13 @@ def try_actuators(
     every, found, begun = read_actuators(model), list[ActuatorResult](), time.process_time()
     if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_ACTUATION):
         every = [replace(one, untried="actuation is switched off in <flag>") for one in every]
-    searched = 0
-    for one in every:
+    searched, reached = 0, len(every)
+    for number, one in enumerate(every):
         result = ActuatorResult(one.name, one.kind, one.drives, one.unit, remark=f"not tried: {one.untried}")
         if not one.untried:
-            if time.process_time() - begun > CPU_TIME:
-                result = replace(result, remark=f"not tried: the {len(found)} before it took {CPU_TIME:.0f} s")
+            if reached < number or time.process_time() - begun > CPU_TIME:
+                reached = min(reached, number)
+                result = replace(result, remark=f"not tried: the first {reached} took {CPU_TIME:.0f} s")
             else:
                 progress(one.name)
                 result = _try_one(model, start, one, every, search=searched < MAX_SEARCHES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -26,6 +27,7 @@ from conrod.report.drawing.moving_links import MovingLinks
 
 MAX_ACTUATORS = 4  # that are drawn
 OWN_SECONDS, MAX_OWN_STEPS = 3.0, 6000  # length of the file's own run
+RUN_TIME = 0.5  # CPU time [s] after which a run is drawn as far as it came
 FORCE_SECONDS, MAX_FORCE_STEPS = 1.0, 4000  # longest run of a force
 FORCE_ROOM = 0.4  # of its range, that a force is run through
 MOVES = 1e-3  # of the machine's size: a body that moves by more is seen to move
@@ -114,8 +116,8 @@ def _displacements(model: mujoco.MjModel, coordinates: Array) -> Array:
 def _record(
     model: mujoco.MjModel, data: mujoco.MjData, act: Callable[[mujoco.MjData], None], steps: int
 ) -> tuple[Array, float, str]:
-    """Run a model for some steps; return coordinates (nq, K), seconds, and why it broke off."""
-    recorder, broke = PoseRecorder(), ""
+    """Run a model for some steps, or for `RUN_TIME`; return coordinates (nq, K), seconds, and why it broke off."""
+    recorder, broke, begun = PoseRecorder(), "", time.process_time()
     with silence_warnings():
         for k in range(steps):
             act(data)
@@ -123,6 +125,8 @@ def _record(
             mujoco.mj_step(model, data)
             if k % 16 == 0 and (broke := break_off_reason(model, data)):
                 recorder.poses = [pose for pose in recorder.poses if np.all(np.isfinite(pose))]
+                break
+            if k % 16 == 0 and time.process_time() - begun > RUN_TIME:
                 break
     return recorder.frames(), len(recorder.poses) * float(model.opt.timestep), broke
 

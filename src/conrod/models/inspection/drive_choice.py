@@ -18,12 +18,14 @@ from conrod.mjcf.driven_runs import tendons_beyond_limits
 from conrod.mjcf.equalities import closure_name, handle_indices
 from conrod.mjcf.loading import OWN_POSE, name_or_number
 from conrod.mjcf.reading import duration, tree_of
+from conrod.models.inspection.results import UNEXPLAINED
 from conrod.models.loops.ranges import joints_outside
 from conrod.models.loops.tracking import track_motion
 
 FULL_TURN, SWINGS = "60rpm", (20.0, 5.0)  # of a hinge without a range; amplitudes [deg] where it cannot turn fully
 STROKE_SHARE = 0.05  # of the extent: amplitude of a slide without a range
 RANGE_SHARE = 0.4  # of the room to the nearer end of a range: amplitude of a joint that has one
+STILL_SHARE = 0.02  # of the way to the middle of its range, by which a joint moves that is to stay inside
 ROOM_SHARE = 0.1  # of a range: a start with less room is moved to the middle
 
 
@@ -50,10 +52,10 @@ def choose_drives(model: mujoco.MjModel, start: Array, inside: Array | None = No
     except InvalidInput as error:
         return {}, str(error)
     if not joints:
-        return {}, why_nothing_moves(there, preferred_joints(model, there))
+        return {}, why_nothing_moves(there, preferred_joints(model, there), is_free=has_free_motion(there))
     reason, beyond = "", dict[str, str]()
     for text in law_texts(joints[0], there, from_start=inside is None):
-        laws = {joints[0].name: text, **{joint.name: "hold" for joint in joints[1:]}}
+        laws = {joints[0].name: text, **{joint.name: _holding_law(joint, tree, there) for joint in joints[1:]}}
         try:
             left = exceeded_limits(model, track_laws(there, laws))
         except InvalidInput as error:
@@ -82,9 +84,34 @@ def exceeded_limits(model: mujoco.MjModel, machine: DrivenTree) -> list[str]:
     return [*found, *(f"tendon {name}" for name, _, _ in tendons_beyond_limits(model, np.array(lengths)))]
 
 
-def why_nothing_moves(tree: SpatialTree, names: Sequence[str]) -> str:
-    """Say why loops leave nothing that could be driven, by the axis that is off where one explains it."""
-    said = "its loops leave nothing that could be driven"
+def _holding_law(joint: SpatialJoint, start: SpatialTree, inside: SpatialTree) -> str:
+    """Law of a joint that is to stay where it is: a small one from a pose inside, where the start is outside its range.
+
+    Args:
+        start, inside: the loops at the start, and at the closed pose that the motion is to begin from.
+    """
+    value, (factor, unit) = float(inside.start[joint.coordinate]), _shown_unit(joint)
+    if joint.range is None or joint.range[0] <= float(start.start[joint.coordinate]) <= joint.range[1]:
+        return "hold"
+    end = value + STILL_SHARE * (0.5 * sum(joint.range) - value)
+    return f"move:{factor * value:.6g}{unit},{factor * end:.6g}{unit},1s"
+
+
+def has_free_motion(tree: SpatialTree) -> bool:
+    """True if closures leave a motion at the closed pose nearest to the start."""
+    machine = DrivenTree(tree, {}, tuple(joint.name for joint in tree.joints if joint not in tree.loop_joints))
+    return bool(free_directions(machine, machine.close_loops(tree.start[:, None], 0.0)[0]).shape[1])
+
+
+def why_nothing_moves(tree: SpatialTree, names: Sequence[str], *, is_free: bool = False) -> str:
+    """Say why loops leave nothing that could be driven, by the axis that is off where one explains it.
+
+    Args:
+        is_free: whether they can move all the same.
+    """
+    if is_free:
+        return "its loops move, but no hinge or slide of them that a law could drive does"
+    said = UNEXPLAINED
     joint = next((one for one in tree.joints if one.name in names[:1]), None)
     if joint is None or joint.kind != "hinge":
         return said

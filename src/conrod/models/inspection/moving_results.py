@@ -162,11 +162,13 @@ class FreeEnergy:
         if not self.grows:
             change = "loses" if self.growth is not None and self.growth < 0.0 else "gains"
             return f"{begin} its energy {change} {measured_text(100.0 * abs(self.growth or 0.0))} %"
-        grown = f"grows by {measured_text(100.0 * (self.growth or 0.0))} %" if self.growth is not None else self.broke
+        grown = f"its energy grows by {measured_text(100.0 * (self.growth or 0.0))} %"
+        grown = grown if self.growth is not None else f"it breaks off: {self.broke}"
         own = f"{quantity(1e3 * self.step, 3)} ms"
         less = f"not at {quantity(1e3 * self.steady_step, 3)} ms" if self.steady_step else "at smaller ones too"
-        rk4 = "" if self.rk4 is None else f"; with RK4 at {own} by {measured_text(100.0 * abs(self.rk4))} %"
-        return f"{begin} its energy {grown} at its step of {own} ({self.integrator}), {less}{rk4}"
+        change = "" if self.rk4 is None else f"{measured_text(100.0 * abs(self.rk4))} %"
+        rk4 = change and f"; with RK4 at {own} its energy changes by {change}"
+        return f"{begin} {grown} at its step of {own} ({self.integrator}), {less}{rk4}"
 
 
 @dataclass(frozen=True)

@@ -53,9 +53,12 @@ def _common(tried: list[ActuatorResult]) -> Iterator[str]:
         sizes = [abs(one.acceleration or 0.0) for one in tried]
         units = " or ".join(dict.fromkeys(f"{one.unit}/s²" for one in tried))
         yield "forces: no position is reached"
-        yield f"accelerates by {measured_text(min(sizes))} to {measured_text(max(sizes))} {units}"
+        least, most = measured_text(min(sizes)), measured_text(max(sizes))
+        yield f"accelerates by {least if least == most else f'{least} to {most}'} {units}"
         if partly := [one.name for one in tried if one.holds is not None and one.holds != one.span]:
-            yield f"{len(partly)} hold their load in a part of their range only, {partly[0]} the first"
+            held = f"{len(partly)} hold their load in a part of their range" if len(partly) > 1 else ""
+            first = f"{partly[0]} {'the first' if held else 'holds its load in a part of its range'}"
+            yield f"{held} only, {first}" if held else f"{first} only"
     steps = [one.steps.largest for one in tried if one.steps is not None and one.steps.largest is not None]
     if steps:
         yield largest_step_words(f"{quantity(1e3 * min(steps), 3)} ms")

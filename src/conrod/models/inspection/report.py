@@ -12,9 +12,10 @@ from urllib.parse import quote
 from conrod.comparison.other_forces import CONTACT, LIMIT, acting_sentences
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import list_names
+from conrod.mjcf.loop_results import LoopRun
 from conrod.mjcf.request import LENGTH_UNITS
 from conrod.models.inspection.actuator_results import SERVOS, SPEEDS, ActuatorResult
-from conrod.models.inspection.results import Closing, Inspection, Loading, PoseOpening
+from conrod.models.inspection.results import UNEXPLAINED, Closing, Inspection, Loading, PoseOpening
 from conrod.models.loops.words import in_mm, lines_to_paste, settings_words
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.numbers import quantity
@@ -30,6 +31,7 @@ HOLD = "hold"  # law of a joint that stays where it stands
 INACTIVE = "inactive ("  # in words on closures that do not act
 MAX_ALARMS = 2  # of actuators in the first sentences
 SWING_SIZES = {"rad": (math.radians(20.0), "deg"), "m": (0.02, "mm")}  # of a first law, by a servo's unit
+SPEED_SHARE = 0.8  # of the speed that was tried, which its control can command
 MAX_NAMED = 4  # closures, poses or parts named in a sentence
 
 
@@ -52,14 +54,20 @@ def finding(study: Inspection) -> str:
     nothing_said = not study.moving.passed and not study.moving.alarms
     if not study.loading.joints or study.moving.is_stuck_closed or nothing_said:
         sentences.append("Nothing of it can move.")
-    if closing.passed and study.motion is not None and study.motion.driven_run.errors:
+    if closing.passed and study.motion is not None and study.motion.driven_run.outcome is not Outcome.COMPLETED:
+        sentences.append(f"Driven by {next(iter(study.drives))} it {_end_words(study.motion.driven_run)}.")
+    elif closing.passed and study.motion is not None and study.motion.driven_run.errors:
         off = in_mm(study.motion.driven_run.errors["position"])
         met = list_names((one.title for one in study.motion.driven_run.acting if one.kind in OBSTACLES), MAX_NAMED)
         way = f", with {met} in its way" if met else ""
         sentences.append(
             f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings{way}."
         )
-    if sentences == ["It loads."]:
+    pushed = [one.name for one in study.moving.actuators if one.acceleration is not None]
+    if sentences == ["It loads."] and pushed:
+        are = f"{list_names(pushed, MAX_NAMED)} {'is a force' if len(pushed) == 1 else 'are forces'}"
+        sentences.append(f"It has no closed loop, and {are}: no motion of it is judged.")
+    elif sentences == ["It loads."]:
         inactive = next((one for one in closing.remarks if INACTIVE in one), "")
         loop = f"{inactive[0].upper()}{inactive[1:]}: it has no other" if inactive else "It has no"
         sentences.append(f"{loop} closed loop and no actuator that was tried: no motion of it is judged.")
@@ -129,7 +137,7 @@ def _pose_line(pose: PoseOpening, named: bool) -> str:
 
 def _pose_text(pose: str) -> str:
     """Return a pose as an attribute of MJCF, or where a pose too long for a sentence is printed."""
-    return f'qpos="{pose}"' if len(pose.split()) <= MAX_POSE_NUMBERS else "printed by `conrod lint`"
+    return f'qpos="{pose}"' if len(pose.split()) <= MAX_POSE_NUMBERS else "below"
 
 
 def _range_lines(pose: PoseOpening) -> Iterator[str]:
@@ -152,7 +160,7 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     drives = " and ".join(driven) + (f" (held: {list_names(held, MAX_NAMED)})" if held else "")
     own = motion.driven_run
     if own.outcome is not Outcome.COMPLETED:
-        yield f"driven by {drives} it ends as {own.outcome.slug}: {own.reason}"
+        yield f"driven by {drives} it {_end_words(own)}"
     else:
         loops = f", its loops open by up to {in_mm(own.gap or 0.0)}"
         yield f"driven by {drives}, {own.worst} is off by {in_mm(own.errors['position'])} as it is{loops}"
@@ -167,6 +175,11 @@ def _exact_lines(study: Inspection) -> Iterator[str]:
     yield from filter(None, (moved, study.not_judged))
 
 
+def _end_words(run: LoopRun) -> str:
+    """Say how a driven run ended that did not complete."""
+    return f"ends as {run.outcome.slug}: {run.reason}"
+
+
 def _setting_lines(study: Inspection) -> Iterator[str]:
     """Yield whether the model's settings are within tolerance, and the cheapest that are."""
     motion = study.motion
@@ -178,7 +191,23 @@ def _setting_lines(study: Inspection) -> Iterator[str]:
         soft = any(one.rule == SOFT_CLOSURE for one in study.findings)
         less = "; 6 asks more of closures, a bearing's play, which is a ten-thousandth of its size" if soft else ""
         yield f"nothing: its own settings are within {within}{less}"
+        if motion.search.best is None:  # cut short: its own hold, and no other that was tried
+            return
     yield settings_words(motion)
+
+
+def poses_to_paste(study: Inspection) -> Iterator[tuple[str, str]]:
+    """Yield a title and the line to paste of each nearest pose with too many numbers for a sentence."""
+    start = study.closing.start
+    for name, pose, what in (("closed", start.closed, ""), ("inside", start.inside, " inside all ranges")):
+        if len(pose.split()) > MAX_POSE_NUMBERS:
+            yield f"the nearest closed pose{what}, to paste before </mujoco>", _keyframe(name, pose)
+
+
+def parts_to_paste(study: Inspection) -> Iterator[tuple[str, str]]:
+    """Yield a title and the lines of each part to paste: poses, then settings."""
+    yield from poses_to_paste(study)
+    yield from settings_to_paste(study)
 
 
 def settings_to_paste(study: Inspection) -> Iterator[tuple[str, str]]:
@@ -210,9 +239,9 @@ def next_step(study: Inspection) -> str:
     again = _command(study)
     if said := _mending_step(study, again):
         return said
-    if any(one.rule == SOFT_CLOSURE for one in study.errors):
-        if _can_be_pasted(study):
-            return f"paste the lines above before </mujoco>, then {again}"
+    if _can_be_pasted(study):
+        return f"paste the lines above before </mujoco>, then {again}"
+    if any(one.rule == SOFT_CLOSURE for one in study.errors) or any(settings_to_paste(study)):
         return shlex.join(["conrod", "harden", study.file, *_unit_words(study)])
     if study.motion is not None and study.motion.search is not None:
         drives = [word for joint, law in study.drives.items() for word in ("--drive", f"{joint}={law}")]
@@ -232,7 +261,12 @@ def _mending_step(study: Inspection, again: str) -> str:
         what = "connect sites where the parts meet" if closing.apart else f"mend lengths and places of {start.worst}"
         return f"{what}, then {again}"
     if study.moving.is_stuck_closed:
-        return f"mend what leaves it no freedom, as 4 says, then {again}"
+        shown = (
+            f": one of {list_names(start.gaps, MAX_NAMED)} is too many"
+            if study.not_judged == UNEXPLAINED
+            else ", as 4 says"
+        )
+        return f"mend what leaves it no freedom{shown}, then {again}"
     for name, pose in (("closed", "" if closing.passed else start.closed), ("inside", start.inside)):
         if pose:
             return f"{_keyframe_words(name, pose)}, then {_command(study, '--keyframe', name)}"
@@ -249,15 +283,17 @@ def _can_be_pasted(study: Inspection) -> bool:
 def _first_drive(study: Inspection) -> str:
     """The command that drives a model whose motion is not judged yet; it has a loop or an actuator that can follow."""
     first = next((one for one in study.moving.actuators if one.kind in (*SERVOS, *SPEEDS)), None)
-    if first is None and not study.closing.start.gaps:
+    if first is None:
         return f"conrod invariances {shlex.quote(study.file)}"
-    return _command(study, "--drive", "JOINT=LAW" if first is None else f"{first.name}={_suggested_law(first)}")
+    return _command(study, "--drive", f"{first.name}={_suggested_law(first)}")
 
 
 def _suggested_law(actuator: ActuatorResult) -> str:
     """A law to suggest for an actuator: a sine about its start, or a move if a servo's range is too small."""
     ends, (size, unit) = [one.target for one in actuator.responses], SWING_SIZES[actuator.unit]
     begin = actuator.responses[0].begin if ends else 0.0
+    if actuator.kind in SPEEDS and ends and 2.0 * math.pi * size > (fastest := SPEED_SHARE * abs(ends[-1])):
+        return f"sine:{20.0 / size * fastest / (2.0 * math.pi):.2g}{unit},1Hz"  # its rate is 2 pi times as much
     if actuator.kind not in SERVOS or len(ends) < 2 or min(abs(end - begin) for end in ends) >= size:
         return f"sine:20{unit},1Hz"
     scale = 20.0 / size
@@ -280,8 +316,12 @@ def _unit_words(study: Inspection) -> list[str]:
 
 def _keyframe_words(name: str, pose: str) -> str:
     if len(pose.split()) > MAX_POSE_NUMBERS:
-        return "write the pose that `conrod lint` prints as a keyframe"
-    return f'write <keyframe><key name="{name}" qpos="{pose}"/></keyframe>'
+        return f"paste keyframe {name} above before </mujoco>"
+    return f"write {_keyframe(name, pose)}"
+
+
+def _keyframe(name: str, pose: str) -> str:
+    return f'<keyframe><key name="{name}" qpos="{pose}"/></keyframe>'
 
 
 # -- printing ----------------------------------------------------------------------------------------------------------
@@ -294,7 +334,7 @@ def results_to_print(studies: Sequence[Inspection]) -> Iterator[PrintedPart]:
         yield ""
         for question, lines in sections(study):
             yield from (question, *(f"  {line}" for line in lines))
-        for what, text in settings_to_paste(study):
+        for what, text in parts_to_paste(study):
             yield from ("", f"{what}:", Verbatim(text))
         yield from ("", f"next: {next_step(study)}", "")
 

@@ -15,6 +15,7 @@ from conrod.report.drawing.moving_links import MovingLinks
 
 # Of the range of motion: the tolerance on the position that settings are searched for, as none is given.
 SEARCHED_SHARE = 1e-3
+UNEXPLAINED = "its loops leave nothing that could be driven"  # where no axis explains why
 
 
 @dataclass(frozen=True)

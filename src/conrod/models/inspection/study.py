@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -14,21 +15,24 @@ from conrod.exact.motion import Array
 from conrod.mjcf.document import Document
 from conrod.mjcf.loading import OWN_POSE, data_at_start
 from conrod.mjcf.loop_results import LawComparison, LoopRequest, LoopStudy
-from conrod.mjcf.runs import user_model_errors
+from conrod.mjcf.runs import run, user_model_errors
 from conrod.mjcf.unit_of_length import controls_in_metres, coordinate_powers
 from conrod.models.inspection.closing import examine_closing
 from conrod.models.inspection.drawn_runs import PoseRecorder, draw_law_run, draw_own_runs
 from conrod.models.inspection.drive_choice import choose_drives
 from conrod.models.inspection.following import drives_of_joints
 from conrod.models.inspection.loading import URDF, load_for_inspection
-from conrod.models.inspection.moving import study_moving
+from conrod.models.inspection.moving import MAX_DOFS, study_moving
 from conrod.models.inspection.prepared_document import prepared_document
 from conrod.models.inspection.results import SEARCHED_SHARE, Closing, Inspection, InspectionRequest, Moving
+from conrod.models.lint.bench import LintBench
 from conrod.models.lint.findings import Finding
 from conrod.models.lint.linting import judge_rules, prepare_bench
 from conrod.models.loops.study import study_loops
 from conrod.report.drawing.moving_links import MovingLinks
 
+CPU_TIME = 12.0  # [s] of the runs along its exact motion, after which no further one is made
+RUN_TIME, TRIED_STEPS = 0.5, 40  # CPU time [s] of a run that lint repeats, and steps by which it is estimated
 SILENT_RESET = "silent-reset"  # a rule of lint: of nearly every file, and of no consequence while nothing diverges
 
 
@@ -61,6 +65,9 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
     found = replace(found, drives=dict(drives), motion=motion, not_judged=not_judged)
     if found.picture is None:
         found = replace(found, drawn=_draw_runs(model, data, key, moving, recorder))
+    if model.nflex or model.nv > MAX_DOFS:
+        what = "flexes" if model.nflex else f"{model.nv} degrees of freedom"
+        return replace(found, lint_notes=(f"its {what} take long: `conrod lint` says what else it finds",))
     findings, notes = lint_findings(path, question, whole=not loading.left_out)
     return replace(found, findings=findings, lint_notes=notes)
 
@@ -108,13 +115,21 @@ def judge_motion(
     """
     asked = LoopRequest(
         drives, question.keyframe, question.controls, unit=question.unit, searched_share=SEARCHED_SHARE,
-        largest_step=longest,
+        largest_step=longest, cpu_time=CPU_TIME,
     )  # fmt: skip
     found = study_loops(path, asked, name)
     if question.drives:
         return found
     # The file does not claim to follow a law that was chosen here: its own run may have another speed.
     return replace(found, shipped=replace(found.shipped, laws=LawComparison()))
+
+
+def affordable_steps(bench: LintBench) -> int:
+    """Number of steps of a run that lint repeats some times: fewer than asked for where each takes long."""
+    begun = time.process_time()
+    run(bench.model, bench.start, min(TRIED_STEPS, bench.steps))
+    each = (time.process_time() - begun) / TRIED_STEPS
+    return min(bench.steps, max(TRIED_STEPS, round(RUN_TIME / max(each, 1e-9))))
 
 
 def lint_findings(
@@ -130,8 +145,11 @@ def lint_findings(
         document = Document(path, question.unit) if is_text else prepared_document(path, question.unit, whole=whole)
         controls = controls_in_metres(document.model, question.controls, question.unit)
         bench, _ = prepare_bench(document, question.keyframe, None, controls)
-        findings, notes, _ = judge_rules(bench, ())
+        steps = affordable_steps(bench)
+        findings, notes, _ = judge_rules(replace(bench, steps=steps), ())
     except InvalidInput as error:
         return (), (f"lint does not take it: {str(error).removeprefix(f'{path}: ')}",)
+    if steps < bench.steps:
+        notes = (*notes, f"judged by a run of {steps} steps, as each takes long; `conrod lint` makes {bench.steps}")
     resets = any(one.rule == SILENT_RESET and one.severity.value == "error" for one in findings)
     return tuple(one for one in findings if resets or one.rule != SILENT_RESET), notes

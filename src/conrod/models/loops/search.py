@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import cache, partial
 from typing import Literal
 
+from conrod.comparison.convergence import ObservedOrder, observed_order
 from conrod.comparison.trajectory import Outcome
 from conrod.execution.paired_timing import PairedTiming
 from conrod.mjcf.loop_results import LOOPS, OWN_SETTINGS, LoopRun, SettingsSearch, ShippedRun, loop_limits
@@ -111,6 +112,13 @@ def _cheapest(
 def _cost(name: str, power: int, timing: Callable[[str], PairedTiming]) -> float:
     """Cost of a simulated second at a power of two of the own step, over that with the file's own settings."""
     return (1.0 if name == OWN_SETTINGS else timing(name).ratio) / 2.0**power
+
+
+def order_of(runs: Mapping[float, LoopRun]) -> ObservedOrder:
+    """Observed order of completed runs, by their number of steps over the model's own."""
+    coarsest = min(runs)
+    errors = {round(n / coarsest): run.errors["position"] for n, run in sorted(runs.items()) if run.errors}
+    return observed_order(list(errors), list(errors.values()))
 
 
 def _excess(run: LoopRun, shipped: ShippedRun, allowed: Mapping[str, float], need: Need, opening: float) -> float:

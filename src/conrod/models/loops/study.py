@@ -13,7 +13,6 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from conrod.comparison.convergence import ObservedOrder, observed_order
 from conrod.comparison.other_forces import OtherForce, add_obstacles, merge_forces
 from conrod.comparison.outcome import MAX_JOINT_GAP
 from conrod.comparison.trajectory import Outcome
@@ -50,7 +49,7 @@ from conrod.mjcf.start import open_start
 from conrod.mjcf.unit_of_length import controls_in_metres
 from conrod.models.loops.law_comparison import allowed_speed_error, compare_with_laws
 from conrod.models.loops.load_differences import list_load_differences
-from conrod.models.loops.search import search_settings
+from conrod.models.loops.search import order_of, search_settings
 from conrod.models.loops.settings import SEARCHED, after_compiling, mjcf_lines, python_lines, settings_edits
 from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, choose_points, motion_scales, track_motion
 from conrod.report.drawing.moving_links import MovingLinks
@@ -236,9 +235,9 @@ class _LoopBench:
         costs = self._costs()
         for label in LABELS:
             made = {n: self._run(label, n, travel, recorded) for n in (1.0, *(1.0 / c for c in COARSER))}
-            if (found := _order_of(made)).claimed is None and found.plateau is None:
+            if (found := order_of(made)).claimed is None and found.plateau is None:
                 made |= {float(n): self._run(label, float(n), travel, recorded) for n in FINER}
-                found = _order_of(made)
+                found = order_of(made)
             priced = {n: replace(run, cost=costs[label] * n) for n, run in made.items()}
             at_own.append(replace(priced[1.0], order=found.claimed))
             others += [run for n, run in priced.items() if n != 1.0]
@@ -396,9 +395,3 @@ class _LoopBench:
         near = MAX_JOINT_GAP * travel
         compared = compare_with_laws(self.machine, self.model, data, names, self.seconds, allowed, near)
         return replace(shipped, laws=compared)
-
-
-def _order_of(runs: Mapping[float, LoopRun]) -> ObservedOrder:
-    """Observed order of completed runs, by their number of steps over the model's own."""
-    errors = {round(COARSER[-1] * n): run.errors["position"] for n, run in sorted(runs.items()) if run.errors}
-    return observed_order(list(errors), list(errors.values()))
