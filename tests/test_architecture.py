@@ -274,17 +274,19 @@ MOST_TYPED_FILES, MOST_FILES = 45, 79
 COUNTING = """
 import os, sys, threading
 place, worker, known = os.environ["COUNTED"], "CONROD_WORKER" in os.environ, set()
-def imports(frame):
-    while frame and not (frame.f_code.co_name == "<module>" and frame.f_globals["__name__"].startswith("conrod.")):
+def importing(frame):
+    # The frame of conrod's module that is being imported, or None.
+    while frame:
+        if frame.f_code.co_name == "<module>" and frame.f_globals.get("__name__", "").startswith("conrod."):
+            return frame
         frame = frame.f_back
-    return frame
 def seen(frame, event, _):
     code = frame.f_code
     # A function: no body of a module or class, nor a comprehension, which is a call in some releases of Python alone.
     if event == "call" and code.co_filename not in known and code.co_flags & 1 and not code.co_name.endswith("comp>"):
         if f"{os.sep}conrod{os.sep}" not in code.co_filename:
             known.add(code.co_filename)
-        elif not imports(frame):
+        elif not importing(frame):
             known.add(code.co_filename)
             with open(place, "a") as file:
                 print("worker" if worker else "typed", code.co_filename, file=file)
