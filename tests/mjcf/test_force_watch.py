@@ -196,4 +196,8 @@ def test_all_is_said_in_sentences_with_the_largest_first() -> None:
         "A share of 0.001 of gravity acts across the plane of motion.",
     )
     assert acting_sentences([]) == ()
+    # Of a model in millimetres sizes are said in SI, each by its dimension; shares and angles have no length.
+    sizes = {one.unit: one.in_metres(1e-3).largest / one.largest for one in found}
+    assert sizes == pytest.approx({"N m": 1e-6, "": 1.0, "rad/s²": 1.0, "g": 1.0})
+    assert OtherForce("contact", "a and b", 5.0, "N").in_metres(1e-3).largest == pytest.approx(5e-3)
     assert [one.largest for one in merge_forces([found[0], OtherForce("limit", "joint j1", 9.0, "N m")])] == [9.0]

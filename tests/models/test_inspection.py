@@ -192,6 +192,8 @@ def test_a_model_in_millimetres_is_asked_about_and_converted(tmp_path: Path, clo
     assert next_step(typed).startswith("if it is in mm: conrod check")
     assert "model.xml --unit mm; otherwise: conrod " in next_step(typed)
     assert "if it is in mm" not in next_step(found) + next_step(closed)
+    assert ". Its sizes are those of a model in mm: --unit mm says so." in finding(typed)
+    assert "--unit" not in finding(found) + finding(closed)
 
 
 # -- does it close? ----------------------------------------------------------------------------------------------------

@@ -8,10 +8,13 @@ import os
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+import conrod
 from conrod.exact.motion import QUANTITIES
 from conrod.execution.writing import write_together
 from conrod.report import numbers
@@ -19,7 +22,7 @@ from conrod.report.figure import Figure
 from conrod.report.kind import Part, Reproduction
 from conrod.report.writer import report_batch
 from conrod.scenes import SCENES
-from conrod.studies.validation.report import VALIDATION_REPORT
+from conrod.studies.validation.report import VALIDATION_REPORT, heading
 from conrod.studies.validation.results import Curve, RefinementPoint, SceneStudy, Tolerance, ValidationResult
 from tests.report.test_frame import contents
 
@@ -216,3 +219,16 @@ def test_saved_findings_are_rounded_and_null_where_missing(tmp_path: Path) -> No
     assert good["phase"] == {"max": 0.0, "final": 0.0}
     assert good["parameters"]["offset"] == 0.09
     assert bad["errors"] is None
+
+
+def test_title_of_a_page_names_changes_of_a_shipped_machine() -> None:
+    def title(name: str, **parameters: str) -> str:
+        study: Any = SimpleNamespace(name=name, scene=conrod.scene("saw-500rpm", **parameters))
+        return heading(study)
+
+    changed = title("saw-500rpm", crank="110mm", speed="320rpm")
+    assert changed == "saw-500rpm (crank 110 mm, speed 320 rpm): Power hacksaw (offset slider-crank)"
+    # Negative controls: as it ships, the same value given, and a member of a family, which is named by its value.
+    plain = "saw-500rpm: Power hacksaw (offset slider-crank)"
+    assert title("saw-500rpm") == title("saw-500rpm", crank="10cm") == plain
+    assert title("saw-500rpm-crank=110mm", crank="110mm").startswith("saw-500rpm-crank=110mm: ")

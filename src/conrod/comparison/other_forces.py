@@ -11,6 +11,7 @@ from conrod.errors import list_names
 LIMIT, CONTACT, FRICTION, SPRING, DAMPER = "limit", "contact", "dry friction", "spring", "damper"
 ACTUATOR, FLUID, COMPENSATION, ADHESION, HANDLE = "actuator", "fluid", "gravity compensation", "adhesion", "handle"
 ACROSS, LACKING = "gravity across the plane", "lacking acceleration"
+LENGTH_POWERS = {"N": 1, "N m": 2, "m/s²": 1}  # powers of length in units of sizes; others have none
 MAX_NAMED_FORCES = 3  # forces of one kind named in a sentence
 FULL_GRAVITY = 0.9999  # share of gravity above which it counts as all of it
 
@@ -37,6 +38,14 @@ class OtherForce:
     def title(self) -> str:
         """Phrase without the size: 'the limit of tendon t'."""
         return f"{KIND_WORDS.get(self.kind, self.kind)}{' of ' if self.name else ''}{self.name}"
+
+    def in_metres(self, unit: float) -> OtherForce:
+        """Return the same of a model whose unit of length is not the metre, in SI.
+
+        Args:
+            unit: the model's unit of length [m]; kilograms and seconds are its others.
+        """
+        return replace(self, largest=self.largest * unit ** LENGTH_POWERS.get(self.unit, 0))
 
     @property
     def words(self) -> str:

@@ -272,8 +272,9 @@ class ModelBench:
                 for name, found in track_errors(tracks, self.speed, ExactMotions(self.exact)).items()
             }
         phase = float(np.abs(at.angle - at.angle[0] - self.speed * run.times).max())
-        reason = add_obstacles(verdict.reason, run.acting)
-        return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, run.acting, opening)
+        acting = tuple(one.in_metres(self.frame.unit) for one in run.acting)
+        reason = add_obstacles(verdict.reason, acting)
+        return JudgedRun(label, verdict.outcome, reason, self.period / step, errors, phase, acting, opening)
 
     def _failures(self, run: LoopRecording, tracks: Mapping[str, PointTracks]) -> Iterator[RunVerdict]:
         """Yield failures that points and violations show, though the engine completed the run; the first counts.

@@ -48,6 +48,8 @@ def finding(study: Inspection) -> str:
         what = closing.remarks[-1] if closing.apart else f"{start.worst} is open by {in_mm(start.largest)}"
         said = f"It loads but does not close: {what}{'' if closing.apart else f' in {start.pose}'}."
     sentences = [said]
+    if likely := study.loading.likely_unit:
+        sentences.append(f"Its sizes are those of a model in {likely}: --unit {likely} says so.")
     sentences += [f"{one[0].upper()}{one[1:]}." for one in study.moving.alarms[:MAX_ALARMS]]
     if more := study.moving.alarms[MAX_ALARMS:]:
         sentences.append(f"And {_count_text(len(more), 'more alarm')} of its actuators.")

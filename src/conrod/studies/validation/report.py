@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from conrod.errors import InvalidInput
 from conrod.report import numbers
 from conrod.report.charts.styles import engine_title, label
 from conrod.report.figure import Figure
 from conrod.report.kind import Index, Kind, Part
 from conrod.report.results import index_words, scene_summary, scene_verdict
 from conrod.report.table import Cell, ColouredCell, Table, table
-from conrod.scenes import Scene
+from conrod.scenes import Scene, scene_named
 from conrod.studies.validation import tables as validation_tables
 from conrod.studies.validation.motion_curves import marked_runs, motion_words
 from conrod.studies.validation.results import (
@@ -29,6 +30,21 @@ from conrod.studies.validation.results import (
 
 GRID_SHARE = 1e-4  # of a curve's span: less cannot be seen in a figure
 ERROR_DIGITS, POSE_DIGITS = 4, 3
+
+
+def heading(study: SceneStudy) -> str:
+    """Return a page's title: the machine, and what is changed of a shipped one: 'saw-500rpm (speed 320 rpm): ..'."""
+    try:
+        shipped = scene_named(study.name).parameters
+    except InvalidInput:  # a member of a family, or a machine of the user's
+        shipped = study.scene.parameters
+    facts = study.scene.parameter_facts()
+    words = ", ".join(
+        " ".join([name, *numbers.in_shown_unit(value, facts[name].unit)]).removesuffix(" -")
+        for name, value in study.scene.parameters.items()
+        if name in facts and value != shipped.get(name, value)
+    )
+    return f"{study.name}{f' ({words})' if words else ''}: {study.scene.title}"
 
 
 # -- curves to save ---------------------------------------------------------------------------------------------------
