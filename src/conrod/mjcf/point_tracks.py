@@ -21,10 +21,14 @@ def point_noter(model: mujoco.MjModel, points: Sequence[FoundPoint]) -> Callable
         if at := [k for k, point in enumerate(points) if point.kind == kind]:
             of_kind.append((name, at, [points[k].index for k in at]))
 
+    beside = [k for k, point in enumerate(points) if any(point.offset)]
+
     def note(data: mujoco.MjData) -> Array:
         noted = np.empty((len(bodies), 18))
         for name, at, indices in of_kind:
             noted[at, :3] = getattr(data, name)[indices]
+        for k in beside:
+            noted[k, :3] = points[k].position(data)
         noted[:, 3:6] = data.subtree_com[roots]
         noted[:, 6:12], noted[:, 12:] = data.cvel[bodies], data.cacc[bodies]
         return noted
