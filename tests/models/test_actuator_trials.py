@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from conrod.mjcf.loading import data_at_start
+from conrod.models.inspection import actuators
+from conrod.models.inspection.actuator_kinds import TriedActuator
 from conrod.models.inspection.actuator_results import ActuatorResult
+from conrod.models.inspection.actuator_runs import TrialBench
 from conrod.models.inspection.actuators import try_actuators
 from conrod.models.inspection.moving import count_model_mobility, study_moving
 from conrod.models.inspection.results import Moving
@@ -125,6 +128,29 @@ def test_settling_time_is_that_of_plain_mujoco(healthy: ActuatorResult) -> None:
     outside = np.flatnonzero(np.abs(values - values[-1]) > 0.02 * response.move)
     assert response.settling == pytest.approx(STEP * (outside[-1] + 1), abs=1.5 * STEP)
     assert response.final == pytest.approx(values[-1], abs=3e-4)
+
+
+def test_a_trial_that_breaks_off_is_made_with_free_joints(monkeypatch: pytest.MonkeyPatch) -> None:
+    link = '<body name="{0}" pos="0 {1} 0"><joint name="{0}" axis="0 1 0"/><geom size="0.05"/></body>'
+    motors = "".join(f'<motor name="{name}" joint="{name}" ctrlrange="-1 1"/>' for name in "ab")
+    bodies = link.format("a", 0) + link.format("b", 1)
+    model = mujoco.MjModel.from_xml_string(
+        f"<mujoco><worldbody>{bodies}</worldbody><actuator>{motors}</actuator></mujoco>"
+    )
+    start, made = data_at_start(model, None)[0], actuators._try_on
+    assert try_actuators(model, start)[0].remark == "b held still; neither control nor joint has a range"
+
+    def thrown(bench: TrialBench, one: TriedActuator, *, search: bool) -> ActuatorResult:
+        found = made(bench, one, search=search)
+        return replace(found, broke="runs away") if bench.held else found
+
+    monkeypatch.setattr(actuators, "_try_on", thrown)
+    found = try_actuators(model, start)[0]
+    assert not found.broke
+    assert found.remark == "neither control nor joint has a range"
+    # Control: what breaks off among free joints too keeps its first trial.
+    monkeypatch.setattr(actuators, "_try_on", lambda *given, **named: replace(made(*given, **named), broke="runs away"))
+    assert try_actuators(model, start)[0].broke == "runs away"
 
 
 def test_servo_at_its_limit_against_a_wall_is_not_too_weak() -> None:

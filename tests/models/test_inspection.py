@@ -561,7 +561,9 @@ def test_the_next_command_is_one_that_the_model_takes(tmp_path: Path, actuator: 
     assert words in next_step(found)
     if found.moving.actuators[0].kind != "motor":
         _, law = next_step(found).rsplit("=", 1)
-        assert inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": law}), "model").passed
+        driven = inspect(tmp_path / "model.xml", InspectionRequest(drives={"servo": law}), "model")
+        assert driven.passed
+        assert finding(driven).startswith(f"It loads. With servo = {law}: joint j follows within ")
 
 
 def test_joints_that_are_held_are_named_as_held(closed: Inspection) -> None:

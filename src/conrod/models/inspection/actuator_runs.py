@@ -65,15 +65,20 @@ class TrialBench:
 
 
 def prepare_trial(
-    model: mujoco.MjModel, start: mujoco.MjData, one: TriedActuator, every: Iterable[TriedActuator]
+    model: mujoco.MjModel,
+    start: mujoco.MjData,
+    one: TriedActuator,
+    every: Iterable[TriedActuator],
+    *,
+    hold: bool = True,
 ) -> TrialBench:
     """Prepare a model for the trial of an actuator.
 
     The other servos hold what they hold at the start. A joint that another force drives, and that no loop ties to
-    others, is held still, as is a floating base: nothing else would hold them.
+    others, is held still, as is a floating base: nothing else would hold them. Without `hold` none is.
     """
     data = copy.copy(start)
-    made, held = held_model(model, one, every)
+    made, held = held_model(model, one, every, hold=hold)
     fresh = mujoco.MjData(made)
     size_of_state = mujoco.mj_stateSize(made, mujoco.mjtState.mjSTATE_INTEGRATION)
     state = np.empty(size_of_state)
@@ -92,10 +97,10 @@ def prepare_trial(
 
 
 def held_model(
-    model: mujoco.MjModel, one: TriedActuator, every: Iterable[TriedActuator]
+    model: mujoco.MjModel, one: TriedActuator, every: Iterable[TriedActuator], *, hold: bool = True
 ) -> tuple[mujoco.MjModel, list[int]]:
     """Copy a model for runs of an actuator, with joints held still that nothing else holds; name these joints."""
-    made, held = copy.copy(model), _joints_to_hold(model, one, every)
+    made, held = copy.copy(model), _joints_to_hold(model, one, every) if hold else []
     made.opt.disableflags |= compat.disable_bit("AUTORESET")
     if held:
         dofs = np.flatnonzero(np.isin(model.dof_jntid, held))

@@ -67,8 +67,21 @@ def try_actuators(
 def _try_one(
     model: mujoco.MjModel, start: mujoco.MjData, one: TriedActuator, every: list[TriedActuator], *, search: bool
 ) -> ActuatorResult:
-    """Try an actuator by the method for its kind."""
+    """Try an actuator by the method for its kind.
+
+    What is held still is heavy, and may throw light parts about that overlap it: a trial that breaks off is made again
+    with all joints free.
+    """
     bench = prepare_trial(model, start, one, every)
+    found = _try_on(bench, one, search=search)
+    if found.broke and bench.held:
+        free = _try_on(prepare_trial(model, start, one, every, hold=False), one, search=search)
+        return found if free.broke else free
+    return found
+
+
+def _try_on(bench: TrialBench, one: TriedActuator, *, search: bool) -> ActuatorResult:
+    """Try an actuator on its bench."""
     result = ActuatorResult(
         one.name, one.kind, one.drives, one.unit, bench.inertia or None, bench.load / one.gear,
         one.limit if math.isfinite(one.limit) else None,

@@ -12,6 +12,7 @@ from conrod.report.numbers import measured_text, quantity
 STAYS = 0.01  # of the model's extent, that a keyframe which stays may move
 MAX_GROWTH = 0.01  # of the largest kinetic energy, that a step may add in the run
 MAX_NAMES = 4  # in a sentence
+GROWS_STILL = f"and grows by more than {100.0 * MAX_GROWTH:g} % at all smaller ones that were tried"
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ class FreeEnergy:
         grown = f"its energy grows by {measured_text(100.0 * (self.growth or 0.0))} %"
         grown = grown if self.growth is not None else f"it breaks off: {self.broke}"
         own = f"{quantity(1e3 * self.step, 3)} ms"
-        less = f"not at {quantity(1e3 * self.steady_step, 3)} ms" if self.steady_step else "at smaller ones too"
+        less = f"not at {quantity(1e3 * self.steady_step, 3)} ms" if self.steady_step else GROWS_STILL
         change = "" if self.rk4 is None else f"{measured_text(100.0 * abs(self.rk4))} %"
         rk4 = change and f"; with RK4 at {own} its energy changes by {change}"
         return f"{begin} {grown} at its step of {own} ({self.integrator}), {less}{rk4}"

@@ -65,19 +65,25 @@ def finding(study: Inspection) -> str:
         sentences.append(
             f"Driven by {next(iter(study.drives))} it is {off} off its exact motion at its own settings{way}."
         )
-    pushed = [one.name for one in study.moving.actuators if one.acceleration is not None]
-    if sentences == ["It loads."] and pushed:
-        are = f"{list_names(pushed, MAX_NAMED)} {'is a force' if len(pushed) == 1 else 'are forces'}"
-        sentences.append(f"It has no closed loop, and {are}: no motion of it is judged.")
-    elif sentences == ["It loads."]:
-        inactive = next((one for one in closing.remarks if INACTIVE in one), "")
-        loop = f"{inactive[0].upper()}{inactive[1:]}: it has no other" if inactive else "It has no"
-        sentences.append(f"{loop} closed loop and no actuator that was tried: no motion of it is judged.")
+    if sentences == ["It loads."]:
+        sentences += _unjudged_sentences(study)
     if any(one.rule == "nothing-moves" for one in study.findings):
         sentences.append("Nothing moves in its own run.")
     if errors := [one.rule for one in study.errors if one.rule not in SAID_BEFORE]:
         sentences.append(f"Lint has {_count_text(len(errors), 'error')}: {list_names(errors, MAX_NAMED)}.")
     return " ".join(sentences)
+
+
+def _unjudged_sentences(study: Inspection) -> list[str]:
+    """Say of a model of which nothing else is to be said what followed a law, or why no motion of it is judged."""
+    if followed := study.moving.followed:
+        return [f"With {one.words}." for one in followed[:MAX_ALARMS]]
+    if pushed := [one.name for one in study.moving.actuators if one.acceleration is not None]:
+        are = f"{list_names(pushed, MAX_NAMED)} {'is a force' if len(pushed) == 1 else 'are forces'}"
+        return [f"It has no closed loop, and {are}: no motion of it is judged."]
+    inactive = next((one for one in study.closing.remarks if INACTIVE in one), "")
+    loop = f"{inactive[0].upper()}{inactive[1:]}: it has no other" if inactive else "It has no"
+    return [f"{loop} closed loop and no actuator that was tried: no motion of it is judged."]
 
 
 def _reached_words(study: Inspection) -> str:
