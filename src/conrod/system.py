@@ -39,6 +39,17 @@ def user_id() -> int:
     return os.geteuid() if hasattr(os, "geteuid") else ROOT_UID
 
 
+def other_writer(folder: Path) -> str:
+    """Say why another user may write into a folder, or one above it; empty if none may."""
+    for place in (folder, *folder.parents):
+        found = place.lstat()
+        if found.st_uid not in (user_id(), ROOT_UID):
+            return f"{place} belongs to another user (uid {found.st_uid})"
+        if stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
+            return f"all may write into {place}"
+    return ""
+
+
 # -- paths -------------------------------------------------------------------------------------------------------------
 
 MAX_LINKS = 40  # in a path, as the kernel allows
@@ -218,6 +229,7 @@ def interpreter_in(environment: Path) -> Path:
 
 # -- processes ---------------------------------------------------------------------------------------------------------
 
+WORKER_MARK = "CONROD_WORKER"  # variable that only a worker and what is started in it have, with the worker's own value
 # Exit status after a signal that a kernel short of memory, a batch system or a person sends; engines do not send them.
 EXTERNAL_KILLS = {-getattr(signal, "SIGKILL", 9), -signal.SIGTERM}
 MAX_ROUNDS = 5  # of looking for processes to kill: one may fork while the others are looked at

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import platform
-import stat
 import subprocess
 import sys
 import tempfile
@@ -28,7 +27,7 @@ from conrod.engines import engine_named
 from conrod.errors import InvalidInput
 from conrod.execution.run import RunCase, RunResult, measure
 from conrod.execution.worker_process import CallLimits, WorkerDied, WorkerProcess
-from conrod.system import ROOT_UID, interpreter_in, real_path, user_id
+from conrod.system import interpreter_in, other_writer, real_path
 
 INSTALL_TIMEOUT = 600.0  # [s] for a command of an installation
 IMPORT_TIMEOUT = 120.0  # [s] for the import of an engine
@@ -88,14 +87,7 @@ def check_no_other_writer(folder: Path) -> None:
     Raises:
         InvalidInput: the folder, or one above it, belongs to another user, or all users may write into it.
     """
-    for place in (folder, *folder.parents):
-        found = place.lstat()
-        if found.st_uid not in (user_id(), ROOT_UID):
-            why = f"{place} belongs to another user (uid {found.st_uid})"
-        elif stat.S_ISDIR(found.st_mode) and found.st_mode & stat.S_IWOTH and not found.st_mode & stat.S_ISVTX:
-            why = f"all may write into {place}"
-        else:
-            continue
+    if why := other_writer(folder):
         raise InvalidInput(f"no engine is run from {folder}: {why}; name a folder of your own in XDG_CACHE_HOME")
 
 

@@ -22,9 +22,9 @@ from conrod.engines.plugin_values import EngineFault, error_line
 from conrod.errors import InvalidInput, portable
 from conrod.execution.case import Case, CaseResult
 from conrod.execution.local import FailedCall
-from conrod.execution.worker_process import MARK
 from conrod.scenes import Scene
 from conrod.system import (
+    WORKER_MARK,
     address_space_limit,
     end_own_group,
     inherited_connection,
@@ -111,7 +111,7 @@ def _receive_calls(owner: Connection, calls: SimpleQueue[bytes]) -> None:
         try:
             calls.put(owner.recv_bytes())
         except (EOFError, OSError):
-            kill_marked(f"{MARK}={os.environ.get(MARK)}")
+            kill_marked(f"{WORKER_MARK}={os.environ.get(WORKER_MARK)}")
             end_own_group()
 
 

@@ -27,12 +27,11 @@ from typing import IO, Any, TypeVar
 from conrod import ONE_THREAD, SAFE_PATH
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import COMMANDING_CHARACTERS, InvalidInput
-from conrod.system import EXTERNAL_KILLS, address_space_limit, kill_group, kill_marked, popen_arguments
+from conrod.system import EXTERNAL_KILLS, WORKER_MARK, address_space_limit, kill_group, kill_marked, popen_arguments
 
 Result = TypeVar("Result")
 
 POLL_INTERVAL = 0.1  # [s], between two looks whether a process still runs
-MARK = "CONROD_WORKER"  # variable that only a worker and what is started in it have, with the worker's own value
 END_TIMEOUT = 5.0  # [s], for a process to end after its connection has closed
 # Spaces that an engine prints into the connection read as a message length of 0x20202020, which is larger.
 MAX_MESSAGE_BYTES = 1 << 29
@@ -121,7 +120,13 @@ class WorkerProcess:
                 # Text that an engine prints is no output of the command, and must not command a terminal.
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
-                env={**ONE_THREAD, **os.environ, **SAFE_PATH, "PYTHONPATH": os.pathsep.join(before), MARK: self._mark},
+                env={
+                    **ONE_THREAD,
+                    **os.environ,
+                    **SAFE_PATH,
+                    "PYTHONPATH": os.pathsep.join(before),
+                    WORKER_MARK: self._mark,
+                },
                 **popen_arguments(theirs.fileno()),
             )
         except OSError as error:
@@ -184,7 +189,7 @@ class WorkerProcess:
         """
         self.kill()
         self._process.wait()
-        kill_marked(f"{MARK}={self._mark}")
+        kill_marked(f"{WORKER_MARK}={self._mark}")
         self._pipe.close()
         # A forked process that has left the group, and cleared its environment, may hold the output open.
         self._relay.join(POLL_INTERVAL)

@@ -30,6 +30,7 @@ from conrod.comparison.trajectory import Piece
 from conrod.engines.capabilities import ExpectedError
 from conrod.engines.engine import PIECE_STEPS, Engine, Machine, run_extent
 from conrod.engines.mjx import MJX_PRESETS, MJXSettings
+from conrod.engines.mjx.compiled_functions import keep_compiled_functions
 from conrod.engines.mujoco import MIN_TIME_CONSTANT_STEPS, dynamics
 from conrod.engines.mujoco.engine import MUJOCO_ENGINE as MUJOCO
 from conrod.engines.mujoco.error_bound import (
@@ -51,6 +52,7 @@ from conrod.exact.motion import Array
 with redirect_stdout(io.StringIO()):  # it prints that it has no Warp
     from mujoco import mjx
 
+keep_compiled_functions(jax.config)
 BLOCK_SAMPLES = 512  # recorded at a time: length of the arrays of the compiled functions
 
 
