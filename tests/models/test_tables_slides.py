@@ -33,21 +33,27 @@ def study_of(scene: Scene, columns: tuple[str, ...], folder: Path, noise: float 
     return judge_columns({"time": table["time"], **chosen}, MEANT, folder, tolerance={limit: 1e-7})
 
 
-@pytest.mark.parametrize("columns", [("B.x",), ("B.x", "B.y"), POINTS, ("B.vx", "B.vy"), ("B.y", "G.y")])
-@pytest.mark.parametrize(
-    ("change", "kind", "said"),
-    [
-        ({"offset": "5 mm"}, "slide offset", "the slide 'slide' is offset by 5 mm to the left of its direction"),
-        ({"offset": "-0.2 mm"}, "slide offset", "the slide 'slide' is offset by 0.2 mm to the right of its direction"),
-        ({"tilt": "0.5 deg"}, "slide tilt", "the slide 'slide' is tilted by 0.5 deg about its point on the ground"),
-        ({"tilt": "-0.05 deg"}, "slide tilt", "tilted by -0.05 deg about"),
-        (
-            {"tilt": "0.5 deg", "offset": "5 mm"},
-            "slide",
-            "is offset by 5 mm to the left of its direction and tilted by 0.5",
-        ),
-    ],
-)
+COLUMNS = (("B.x",), ("B.x", "B.y"), POINTS, ("B.vx", "B.vy"), ("B.y", "G.y"))
+CHANGES = [
+    ({"offset": "5 mm"}, "slide offset", "the slide 'slide' is offset by 5 mm to the left of its direction"),
+    ({"offset": "-0.2 mm"}, "slide offset", "the slide 'slide' is offset by 0.2 mm to the right of its direction"),
+    ({"tilt": "0.5 deg"}, "slide tilt", "the slide 'slide' is tilted by 0.5 deg about its point on the ground"),
+    ({"tilt": "-0.05 deg"}, "slide tilt", "tilted by -0.05 deg about"),
+    (
+        {"tilt": "0.5 deg", "offset": "5 mm"},
+        "slide",
+        "is offset by 5 mm to the left of its direction and tilted by 0.5",
+    ),
+]
+# Each change by two sets of columns, and each set for two changes, are fast.
+CASES = [
+    pytest.param(columns, *change, marks=() if (k - n) % len(COLUMNS) < 2 else pytest.mark.slow)
+    for k, columns in enumerate(COLUMNS)
+    for n, change in enumerate(CHANGES)
+]
+
+
+@pytest.mark.parametrize(("columns", "change", "kind", "said"), CASES)
 def test_a_tilt_and_an_offset_of_a_slide_are_told_apart(
     columns: tuple[str, ...], change: dict[str, str], kind: str, said: str, tmp_path: Path
 ) -> None:

@@ -118,7 +118,9 @@ def test_dead_sensor_is_named_when_it_explains_half_of_an_error(share: float, na
     assert kinds(judge_columns(table, SAW, tmp_path, tolerance=POSITION)) == named
 
 
-@pytest.mark.parametrize("name", ["whitworth", "cam-3-4-5", "saw-40rpm", "shear-press"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("whitworth", marks=pytest.mark.slow), "cam-3-4-5", "saw-40rpm", "shear-press"]
+)
 def test_dwell_or_few_digits_are_no_dead_sensor(name: str, tmp_path: Path) -> None:
     scene: Scene = scene_named(name)
     table = exact_table(scene, rows=360)
