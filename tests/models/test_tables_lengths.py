@@ -39,6 +39,18 @@ def check(values: dict[str, Any], scene: Scene = SAW, **arguments: Any) -> Findi
     return conrod.check(values, scene, **{"tolerance": {"position": 1e-4}, **arguments})
 
 
+def test_verdict_without_a_tolerance_says_how_far_and_why() -> None:
+    longer = exact_table(changed(SAW, "rod", 3e-4))
+    rod = "likely cause: rod is 0.1 % too long: 300.3 mm instead of 300 mm; "
+    found = check(longer, tolerance=None)
+    assert found.passed is None
+    assert found.verdict == f"measured, not judged: position off by 8.1e-4 (0.16 mm); {rod}give --tolerance"
+    # Negative control: without a cause none is named.
+    right = check(exact_table(SAW), tolerance=None).verdict
+    assert right.startswith("measured, not judged: position off by < 1e-12 (")
+    assert "cause" not in right
+
+
 def kinds(found: Findings[Any]) -> list[str]:
     return [cause.kind for cause in found.study.causes]
 

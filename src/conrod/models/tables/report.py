@@ -46,7 +46,7 @@ def verdict_text(study: TableStudy) -> str:
     if study.distrust:
         return distrust_words(study)
     if study.passed is None:
-        return "measured, not judged: give --tolerance"
+        return f"measured, not judged: {_largest_words(study)}give --tolerance"
     unjudged = f"; not judged: {', '.join(_unjudged_words(study))}" if study.unjudged else ""
     unjudged += "".join(f"; {words}" for words in contradiction_words(study))
     if study.passed:
@@ -59,6 +59,14 @@ def verdict_text(study: TableStudy) -> str:
         return f"within tolerance: {', '.join(within)}{unjudged}"
     scales = {name: scale for name in study.exceeded if (scale := study.judged_scale(name)) is not None}
     return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text, scales))}{unjudged}"
+
+
+def _largest_words(study: TableStudy) -> str:
+    """Say how far a table is off, in the first quantity that it has, and the likely cause; each ends in '; '."""
+    known = ((name, study.largest(name)) for name in (*MOTION, *ALL_ERRORS, "phase"))
+    name, size = next(((name, size) for name, size in known if size is not None), ("", 0.0))
+    off = f"{_in_words(name)} off by {_with_size(study, name, numbers.error(name, size), size)}; " if name else ""
+    return off + "".join(f"likely cause: {cause.text}; " for cause in study.causes[:1])
 
 
 def _unjudged_words(study: TableStudy) -> Iterator[str]:
