@@ -11,7 +11,9 @@ Each claim runs short stretches of the scenes; one that an engine refuses, with 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,15 +21,22 @@ import pytest
 
 from conrod.comparison.compare import compare
 from conrod.comparison.trajectory import Outcome, Trajectory, concatenate_pieces
-from conrod.engines.capabilities import KinematicMode, MissingCapability, capability
+from conrod.engines.capabilities import KinematicMode, MissingCapability, SpatialRuns, capability
 from conrod.engines.engine import Engine, judged_preset
+from conrod.engines.space import SpatialRun, SpatialStart, exact_start, widest_gaps
+from conrod.exact.jet import Jet
 from conrod.exact.motion import QUANTITIES, Array
+from conrod.exact.space import SpatialPoint
 from conrod.scenes import SCENES, Scene, catalogue_names, scene_named
+from conrod.scenes.space import MACHINES, SpatialMachine
+from conrod.scenes.space.machine import LinkJoint, ModelLink, X, Y, Z, rotate, unit
+from conrod.scenes.space.tree import exact_points, machine_laws, spatial_tree
 
 START_ANGLE, RUN_TURNS = 0.7, 0.25  # [rad], and of a turn
 # A stamp that is half a step off keeps that lag at any step; what an error of a higher order looks like falls with it.
 MAX_LAG, FALL_FACTOR = 0.05, 0.7
 ROUNDING = 1e-9
+SPIN, OFF_AXIS = 30.0, 0.05  # rate of a free spin [rad/s], and distance [m] of the point that shows it from the axis
 
 
 class EngineConformance:
@@ -39,7 +48,8 @@ class EngineConformance:
         steps: per revolution, the second twice the first.
         first_order: presets whose error is of first order, in which a lag cannot be told from it.
         rounding: rounding of the engine's state, over the travel: 2e-6 in single precision.
-        coarse: most that a position may be off over its travel at the coarser steps.
+        coarse: most that a position may be off over its travel at the coarser steps, and a spin over its rate.
+        spatial_steps: per revolution, of runs in space.
     """
 
     engine: ClassVar[Engine[Any]]
@@ -48,6 +58,7 @@ class EngineConformance:
     first_order: ClassVar[tuple[str, ...]] = ()
     rounding: ClassVar[float] = ROUNDING
     coarse: ClassVar[float] = 0.1
+    spatial_steps: ClassVar[int] = 200
 
     # -- what it says of itself ------------------------------------------------------------------------------------
 
@@ -140,6 +151,55 @@ class EngineConformance:
                 off = np.linalg.norm(position - exact.point(point).position, axis=1).max() / scene.lengths[point]
                 assert off < ROUNDING, f"{point} is off by {off:.2g} of its travel in kinematic mode"
 
+    # -- machines in space, for engines that run them ------------------------------------------------------------------
+
+    def test_hinge_in_space_turns_about_its_oblique_axis(self) -> None:
+        self._hold_positions("oblique-bar")
+
+    def test_both_hinges_of_a_body_in_space_are_in_place(self) -> None:
+        self._hold_positions("rssr")
+
+    def test_redundant_closure_in_space_holds_its_loop(self) -> None:
+        self._hold_positions("cardan")
+
+    def test_free_spin_beside_a_loop_goes_on(self) -> None:
+        start = spinning_start()
+        for preset, run in self._spatial_runs(start):
+            off = float(np.abs(spin_rates(run) / SPIN - 1.0).max())
+            assert off <= self.coarse, f"{preset}: a rod that spins freely at {SPIN:g} rad/s is off by {off:.2g} of it"
+
+    def _hold_positions(self, name: str) -> None:
+        """Hold the positions of a machine to its closed form, and its loops to their travel."""
+        machine, start = machine_in_space(name)
+        for preset, run in self._spatial_runs(start):
+            exact = exact_points(machine, run.times)
+            travel = max(float(np.linalg.norm(one[0] - one[0][0], axis=1).max()) for one in exact.values())
+            off = max(float(np.linalg.norm(run.points[p][0] - exact[p][0], axis=1).max()) for p in exact) / travel
+            gap = max(widest_gaps(start.tree, run).values(), default=0.0) / travel
+            assert off <= self.coarse, f"{preset}: {machine.title}: a position is off by {off:.2g} of the travel"
+            assert gap <= self.coarse, f"{preset}: {machine.title}: its loop is open by {gap:.2g} of the travel"
+
+    def _spatial_runs(self, start: SpatialStart) -> Iterator[tuple[str, SpatialRun]]:
+        """Half a revolution in each preset that is not refused; a run may break off with a reason, but not all may."""
+        runs = capability(self.engine, SpatialRuns)
+        if isinstance(runs, MissingCapability):
+            pytest.skip(runs.reason)
+        start, failures, refusals = replace(start, step=start.period / self.spatial_steps), [], []
+        for name in self.engine.presets:
+            if (refusal := runs.refusal_in_space(start, name)) is not None:
+                assert refusal.strip(), f"{name}: a reason, or None"
+                refusals.append(refusal)
+                continue
+            run = runs.run_in_space(start, name, self.spatial_steps // 2)
+            if run.failure:
+                failures.append(f"{name}: {run.failure}")
+                continue
+            assert len(run.times) == self.spatial_steps // 2 + 1, f"{name}: a sample at the start and after each step"
+            yield name, run
+        if len(refusals) == len(self.engine.presets):
+            pytest.skip(refusals[0])
+        assert len(failures) + len(refusals) < len(self.engine.presets), f"no preset runs to its end: {failures}"
+
     # -- helpers -------------------------------------------------------------------------------------------------------
 
     def _machines(self, preset: str) -> Iterator[Scene]:
@@ -180,3 +240,60 @@ class EngineConformance:
 def _explained_shift(error: Array, rate: Array) -> float:
     """Time shift [s] that explains an error (T, 2) of a quantity that changes at a rate (T, 2)."""
     return float((error * rate).sum() / max(float((rate * rate).sum()), 1e-300))
+
+
+# -- machines in space -------------------------------------------------------------------------------------------------
+
+
+def oblique_bar() -> SpatialMachine:
+    """A bar on one hinge, whose axis is along no axis of the world; its tip goes round on a circle."""
+    axis, place, arm = unit(X + 2.0 * Y - 1.5 * Z), 0.1 * (X - Y), 0.3 * X + 0.1 * Z
+
+    def closed_form(drives: Mapping[str, Jet]) -> dict[str, Jet]:
+        return {"tip": rotate(arm, axis, drives["input"]) + place}
+
+    link = ModelLink("bar", place, (LinkJoint("input", axis),), (place + arm,), {"tip": place + arm})
+    return SpatialMachine("oblique-bar", "Bar on an oblique hinge", (link,), (), {"input": "60rpm"}, closed_form)
+
+
+@cache
+def machine_in_space(name: str) -> tuple[SpatialMachine, SpatialStart]:
+    """A machine by its name, and its exact start."""
+    machine = oblique_bar() if name == "oblique-bar" else MACHINES[name]()
+    return machine, exact_start(spatial_tree(machine), machine_laws(machine), exact_points(machine, np.zeros(1)))
+
+
+@cache
+def spinning_start() -> SpatialStart:
+    """An RSSR linkage between two balls, whose rod spins about its axis; a third point shows it.
+
+    The rod is alike all round, and its balls lie on its axis: nothing acts on the spin, whose rate stays (Euler's
+    equations of a symmetric top).
+    """
+    machine = MACHINES["rssr-idle-spin"]()
+    tree = spatial_tree(machine)
+    middle, ball = tree.points["rod_middle"], next(joint for joint in tree.joints if joint.kind == "ball")
+    axis = unit(tree.points["rod_end"].offset)
+    aside = unit(np.cross(axis, X))
+    points = {**tree.points, "off_axis": SpatialPoint(middle.body, middle.offset + OFF_AXIS * aside)}
+    tree = replace(tree, points=points)
+    start = exact_start(tree, machine_laws(machine), ("rod_middle", "rod_end", "off_axis"))
+    rates = start.exact.rates.copy()
+    own = rates[0, ball.rates, 0]  # against the crank, which turns about Z
+    more = SPIN - axis @ (own + start.machine.laws["input"].derivatives(np.zeros(1))[1, 0] * Z)
+    rates[1, ball.rates, 0] += more * np.cross(own, axis)  # the spin turns what is across the axis
+    rates[0, ball.rates, 0] = own + more * axis
+    return replace(start, exact=replace(start.exact, rates=rates))
+
+
+def spin_rates(run: SpatialRun) -> Array:
+    """Rate (T,) [rad/s] at which the rod of `spinning_start` spins, by its three points."""
+    (middle, middle_rate), (end, end_rate), (off, off_rate) = (
+        run.points[name][:2] for name in ("rod_middle", "rod_end", "off_axis")
+    )
+    length = np.linalg.norm(end - middle, axis=1)[:, None]
+    axis = (end - middle) / length
+    along = ((off - middle) * axis).sum(axis=1)[:, None]
+    arm = off - middle - along * axis
+    rate = off_rate - middle_rate - along / length * (end_rate - middle_rate)
+    return np.asarray((axis * np.cross(arm, rate)).sum(axis=1) / (arm * arm).sum(axis=1))

@@ -13,6 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 from planted_engine import LawfulEngine, PlantedSettings
+from spatial_mistakes import (
+    RunsInSpace,
+    align_axes,
+    edit_nothing,
+    freeze_spin,
+    ignore_closures,
+    move_first_of_two_hinges,
+    swap_hinges,
+)
 
 from conrod.comparison.compare import compare
 from conrod.comparison.trajectory import Piece, PointTracks, Track
@@ -131,6 +140,13 @@ MISTAKES: dict[str, tuple[Any, ...]] = {
     "test_engine_refuses_scenes_with_a_reason": (NoReason(),),
     "test_constraints_of_the_engine_place_the_machine": (WrongPlaces(),),
     "test_engine_has_name_version_and_preset_rules": (NoVersion(),),
+    "test_hinge_in_space_turns_about_its_oblique_axis": (RunsInSpace(align_axes),),
+    "test_both_hinges_of_a_body_in_space_are_in_place": (
+        RunsInSpace(move_first_of_two_hinges),
+        RunsInSpace(swap_hinges),
+    ),
+    "test_redundant_closure_in_space_holds_its_loop": (RunsInSpace(ignore_closures),),
+    "test_free_spin_beside_a_loop_goes_on": (RunsInSpace(freeze_spin),),
 }
 
 
@@ -140,6 +156,11 @@ def test_conformance_fails_when_an_engine_breaks_a_claim(claim: str) -> None:
         suite = type("Suite", (PlantedSuite,), {"engine": engine})()
         with pytest.raises((AssertionError, FloatingPointError)):
             getattr(suite, claim)()
+
+
+@pytest.mark.parametrize("claim", [name for name in MISTAKES if "space" in name or "spin" in name])
+def test_engine_that_is_right_in_space_keeps_the_claim(claim: str) -> None:
+    getattr(type("Suite", (PlantedSuite,), {"engine": RunsInSpace(edit_nothing)})(), claim)()
 
 
 # -- the engine that docs/own-engine.md walks through ------------------------------------------------------------------

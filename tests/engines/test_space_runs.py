@@ -15,6 +15,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.engines import installed_extras
 from conrod.engines.mujoco import space as mujoco_space
 from conrod.exact.motion import Array
+from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.driven_runs import with_settings
 from conrod.mjcf.driving import driven_run, site_points
 from conrod.mjcf.reading import machine_tree
@@ -155,7 +156,7 @@ def test_joints_that_no_engine_is_given_are_refused() -> None:
     bench = prepare_bench("rssr")
     closure = replace(bench.start.tree.closures[0], kind="joint", points=(), sums=({0: 1.0}, {}))
     tree = replace(bench.start.tree, closures=(closure,))
-    start = replace(bench.start, machine=study.DrivenTree(tree, bench.start.machine.laws))
+    start = replace(bench.start, machine=DrivenTree(tree, bench.start.machine.laws))
     for engine in ("mujoco", *(name for name in installed_extras() if name == "exudyn")):
         runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
         assert "connect or a weld, no joint" in (runs.refusal_in_space(start, "stock") or "")

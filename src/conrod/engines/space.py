@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+
+import numpy as np
 
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialPoint, SpatialTree
+from conrod.exact.space.drive_laws import DriveLaw
+from conrod.exact.space.mobility import count_mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
+
+START_SHARE = 1e-3  # of a law, over which the branch is tracked to find the exact state at the start
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,3 +58,30 @@ class SpatialRun:
     points: Mapping[str, Array]
     failure: str = ""
     reset: bool = False
+
+
+def exact_start(tree: SpatialTree, laws: Mapping[str, DriveLaw], names: Iterable[str]) -> SpatialStart:
+    """Find the exact state of a machine at time 0; the step is that of a whole law, and yet to be set.
+
+    Args:
+        laws: of the driven joints by name, the coordinates in the tree's start pose at time 0.
+        names: observed points of the tree to be recorded; the ends of all closures are, too.
+    """
+    period = max(law.duration for law in laws.values() if law.duration < math.inf)
+    driven = DrivenTree(tree, {joint.name: laws[joint.name] for joint in tree.joints if joint.name in laws})
+    driven.track_branch(driven.assemble_start(), START_SHARE * period)
+    points = {name: tree.points[name] for name in names}
+    for k, closure in enumerate(tree.closures):
+        points |= zip(_end_names(k), closure.points, strict=True)
+    return SpatialStart(driven, driven.motion(np.zeros(1)), points, period, period, bool(count_mobility(driven).idle))
+
+
+def widest_gaps(tree: SpatialTree, run: SpatialRun) -> dict[str, float]:
+    """Largest distance [m] between the two ends of each closure, by its name; they coincide in a closed loop."""
+    ends = ((run.points[name][0] for name in _end_names(k)) for k in range(len(tree.closures)))
+    apart = (float(np.linalg.norm(one - other, axis=1).max(initial=0.0)) for one, other in ends)
+    return dict(zip((closure.name for closure in tree.closures), apart, strict=True))
+
+
+def _end_names(closure: int) -> tuple[str, str]:
+    return f"closure {closure} end 1", f"closure {closure} end 2"

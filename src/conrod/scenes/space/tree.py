@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +17,16 @@ from conrod.exact.space import (
     SpatialPoint,
     SpatialTree,
 )
-from conrod.scenes.space.machine import ORIGIN, ROD_RADIUS, STEEL_DENSITY, LoopClosure, ModelLink, SpatialMachine
+from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
+from conrod.scenes.space.machine import (
+    ORIGIN,
+    ROD_RADIUS,
+    STEEL_DENSITY,
+    LinkJoint,
+    LoopClosure,
+    ModelLink,
+    SpatialMachine,
+)
 
 GRAVITY = np.array([0.0, 0.0, -9.81])  # [m/s^2]
 
@@ -108,3 +117,28 @@ def rod_inertia(ends: Sequence[Array]) -> tuple[float, Array, Array]:
         arm = place - centre
         inertia += about + own * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return mass, centre, inertia
+
+
+# -- its drives, and its motion ---------------------------------------------------------------------------------------
+
+
+def machine_laws(machine: SpatialMachine) -> dict[str, DriveLaw]:
+    """Laws of the driven joints by name; in the reference pose their coordinates are 0."""
+    units = {joint.name: "m" if joint.kind == "slide" else "rad" for joint in _joints(machine.links)}
+    return {name: parse_drive_law(text, units[name], 0.0, name) for name, text in machine.drives.items()}
+
+
+def _joints(links: Sequence[ModelLink]) -> Iterator[LinkJoint]:
+    for link in links:
+        yield from link.joints
+        yield from _joints(link.links)
+
+
+def law_period(laws: Mapping[str, DriveLaw]) -> float:
+    """Time [s] that the slowest drive takes for its law."""
+    return max(law.duration for law in laws.values() if law.duration < math.inf)
+
+
+def exact_points(machine: SpatialMachine, times: Array) -> dict[str, Array]:
+    """Position, velocity and acceleration (3, T, 3) of the observed points by the closed form."""
+    return machine.points({joint: law.derivatives(times)[:3] for joint, law in machine_laws(machine).items()})

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from conrod.engines import engine_named
-from conrod.exact.motion import QUANTITIES, Array
-from conrod.exact.space.drive_laws import DriveLaw, parse_drive_law
+from conrod.exact.motion import QUANTITIES
 from conrod.scenes.space import SpatialMachine
-from conrod.scenes.space.machine import LinkJoint, ModelLink
+from conrod.scenes.space.tree import exact_points, law_period, machine_laws
 from conrod.studies.space.results import SpatialResult
 
 SCALE_SAMPLES = 721  # in a revolution, by which L and the largest speed and acceleration are found
@@ -40,28 +37,6 @@ class SpatialCell:
             scene=self.machine, engine=self.engine, engine_version=engine_named(self.engine).version,
             preset=self.preset, steps_per_rev=self.steps[-1], revolutions=self.revolutions,
         )  # fmt: skip
-
-
-def machine_laws(machine: SpatialMachine) -> dict[str, DriveLaw]:
-    """Laws of the driven joints by name; in the reference pose their coordinates are 0."""
-    units = {joint.name: "m" if joint.kind == "slide" else "rad" for joint in _joints(machine.links)}
-    return {name: parse_drive_law(text, units[name], 0.0, name) for name, text in machine.drives.items()}
-
-
-def _joints(links: Sequence[ModelLink]) -> Iterator[LinkJoint]:
-    for link in links:
-        yield from link.joints
-        yield from _joints(link.links)
-
-
-def law_period(laws: Mapping[str, DriveLaw]) -> float:
-    """Time [s] that the slowest drive takes for its law."""
-    return max(law.duration for law in laws.values() if law.duration < math.inf)
-
-
-def exact_points(machine: SpatialMachine, times: Array) -> dict[str, Array]:
-    """Position, velocity and acceleration (3, T, 3) of the observed points by the closed form."""
-    return machine.points({joint: law.derivatives(times)[:3] for joint, law in machine_laws(machine).items()})
 
 
 def motion_scales(machine: SpatialMachine) -> dict[str, float]:

@@ -21,7 +21,7 @@ BARS = (1e-3, 1e-6, 1e-9)  # position errors over L, for which the cheapest runs
 COMPARED = ("position", QUANTITIES)  # position alone, and all three quantities
 MAX_NAMED = 3  # machines named in a sentence
 ERROR_COLUMNS = (*QUANTITIES, "loops open")
-COLUMNS = (*ERROR_COLUMNS, "order x, v, a", "a step [µs]")
+ORDERS, COST, COST_RATIO = "order x, v, a", "a step [µs]", "cost of a step"
 TITLE = "largest errors at the same times, over L, the largest speed and the largest acceleration"
 
 # -- words -----------------------------------------------------------------------------------------------------------
@@ -81,16 +81,29 @@ def verdict(study: SpatialStudy) -> str:
 # -- tables ----------------------------------------------------------------------------------------------------------
 
 
-def verdicts_table(studies: Sequence[SpatialStudy]) -> Table:
-    """Return a row for each machine, engine and preset: errors, gap, orders, cost of a step, verdict."""
-    rows = [(study.name, *engine_and_preset(one), *_cells(one)) for study in studies for one in study.results]
-    return table(("machine", "engine", "preset", *COLUMNS, VERDICT), rows, COLUMNS, TITLE, names=3)
+def verdicts_table(studies: Sequence[SpatialStudy], *, ratios: bool = False) -> Table:
+    """Return a row for each machine, engine and preset: errors, gap, orders, cost of a step, verdict.
+
+    Args:
+        ratios: whether costs are over the least of the machine, as other computers find them, too; or in µs.
+    """
+    rows = [
+        (study.name, *engine_and_preset(one), *_cells(one, _least_cost(study) if ratios else 1.0))
+        for study in studies
+        for one in study.results
+    ]
+    columns = (*ERROR_COLUMNS, ORDERS, COST_RATIO if ratios else COST)
+    return table(("machine", "engine", "preset", *columns, VERDICT), rows, columns, TITLE, names=3)
 
 
-def _cells(one: SpatialResult) -> tuple[Cell, ...]:
+def _least_cost(study: SpatialStudy) -> float:
+    return min((one.cost for one in study.results if not math.isnan(one.cost)), default=1.0)
+
+
+def _cells(one: SpatialResult, unit: float) -> tuple[Cell, ...]:
     sizes = [numbers.measured_text(one.largest(name)) for name in (*QUANTITIES, LOOPS)]
     orders = ", ".join(numbers.order((one.order or {}).get(name)) for name in QUANTITIES) if one.order else ""
-    cost = numbers.MISSING if math.isnan(one.cost) else numbers.quantity(numbers.round_to_digits(one.cost, 2))
+    cost = numbers.MISSING if math.isnan(one.cost) else numbers.quantity(numbers.round_to_digits(one.cost / unit, 2))
     words = verdict_words(one)
     if one.passed is None:
         return (*sizes, orders, cost, words if one.completed else ColouredCell(words, "odd"))

@@ -14,52 +14,32 @@ from conrod.comparison.outcome import MAX_JOINT_GAP, MAX_REACH_SIZES
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.capabilities import SpatialRuns, require_capability
-from conrod.engines.space import SpatialRun, SpatialStart
+from conrod.engines.space import SpatialRun, SpatialStart, exact_start, widest_gaps
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
-from conrod.exact.space.mobility import count_mobility
-from conrod.exact.space.motion import DrivenTree
 from conrod.scenes.space import MACHINES, SpatialMachine
-from conrod.scenes.space.tree import spatial_tree
-from conrod.studies.space.plan import SpatialCell, exact_points, law_period, machine_laws, motion_scales
+from conrod.scenes.space.tree import exact_points, machine_laws, spatial_tree
+from conrod.studies.space.plan import SpatialCell, motion_scales
 from conrod.studies.space.results import SpatialResult, StepRun, observed_orders
 
 MAX_SAMPLES = 2000  # of a run, that are compared with the closed form
-START_SHARE = 1e-3  # of a revolution, over which the branch is tracked to find the exact state at the start
 TIMED_STEPS, TIMINGS = 200, 3  # steps of a timing at most, and timings of which the least counts
 
 
 @dataclass(frozen=True, eq=False)
 class SpatialBench:
-    """A machine in space with its drives, its exact start, and the points that are compared."""
+    """A machine in space with its closed form, and its exact start."""
 
     machine: SpatialMachine
     start: SpatialStart
-
-    @property
-    def ends(self) -> list[tuple[str, str]]:
-        """Names of the points at both ends of each closure, which coincide while the loops are closed."""
-        return [_end_names(k) for k in range(len(self.start.tree.closures))]
-
-
-def _end_names(closure: int) -> tuple[str, str]:
-    return f"closure {closure} end 1", f"closure {closure} end 2"
 
 
 @cache
 def prepare_bench(name: str) -> SpatialBench:
     """Read a machine, and find its exact state at time 0; its step is yet to be set."""
     machine = MACHINES[name]()
-    tree, by_name = spatial_tree(machine), machine_laws(machine)
-    laws = {joint.name: by_name[joint.name] for joint in tree.joints if joint.name in by_name}
-    period, driven = law_period(laws), DrivenTree(tree, laws)
-    driven.track_branch(driven.assemble_start(), START_SHARE * period)
-    exact = driven.motion(np.zeros(1))
-    points = {point: tree.points[point] for point in exact_points(machine, exact.times)}
-    for k, closure in enumerate(tree.closures):
-        points |= zip(_end_names(k), closure.points, strict=True)
-    idle = bool(count_mobility(driven).idle)
-    return SpatialBench(machine, SpatialStart(driven, exact, points, period, period, idle))
+    laws = machine_laws(machine)
+    return SpatialBench(machine, exact_start(spatial_tree(machine), laws, exact_points(machine, np.zeros(1))))
 
 
 def run_cell(cell: SpatialCell) -> SpatialResult:
@@ -89,8 +69,8 @@ def run_cell(cell: SpatialCell) -> SpatialResult:
 def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[str, float]) -> StepRun:
     """Compare a run with the closed form at the same times."""
     length = scales[QUANTITIES[0]]
-    apart = [np.linalg.norm(run.points[a][0] - run.points[b][0], axis=1).max(initial=0.0) for a, b in bench.ends]
-    gap = float(np.max(apart)) / length
+    gaps = widest_gaps(bench.start.tree, run)
+    gap = max(gaps.values(), default=0.0) / length
     if run.failure:
         outcome = Outcome.RESET if run.reset else Outcome.DIVERGED
         return StepRun(steps, outcome.slug, run.failure, gap=gap)
@@ -102,8 +82,8 @@ def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[
     if errors["position"] > MAX_REACH_SIZES:
         return StepRun(steps, Outcome.EXPLODED.slug, f"a point is {errors['position']:.3g} L away", gap=gap)
     if gap > MAX_JOINT_GAP:
-        name = bench.start.tree.closures[int(np.argmax(apart))].name
-        return StepRun(steps, Outcome.OPENED.slug, f"{name} opens by {1e3 * gap * length:.3g} mm", gap=gap)
+        name = max(gaps, key=gaps.__getitem__)
+        return StepRun(steps, Outcome.OPENED.slug, f"{name} opens by {1e3 * gaps[name]:.3g} mm", gap=gap)
     return StepRun(steps, Outcome.COMPLETED.slug, errors=errors, gap=gap)
 
 
