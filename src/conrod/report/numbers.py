@@ -96,6 +96,11 @@ def allowed_text(name: str, size: float | None, lengths: Mapping[str, float] = M
     return error(name, size, lengths)
 
 
+def given_tolerance_text(name: str, limit: float) -> str:
+    """Return a tolerance that a user gave as text, the phase's in deg."""
+    return allowed_text(name, limit) if name == "phase" else quantity(limit)
+
+
 # SI unit -> unit and factor of errors and tolerances that are printed beside their shares.
 SIZES_BESIDE_SHARES = {
     "position": ("mm", 1e3), "closure": ("mm", 1e3), "total": ("mm", 1e3), "velocity": ("mm/s", 1e3),

@@ -101,6 +101,24 @@ def exceeded_words(
     ]
 
 
+def within_words(
+    judged: Mapping[str, tuple[float | None, float]],
+    allowed_text: Callable[[str, float], str],
+    scales: Mapping[str, float],
+) -> list[str]:
+    """List judged quantities with error and tolerance: `position 4.7e-5 (0.01 mm) <= 1e-4 (0.021 mm)`.
+
+    Args:
+        scales: as for `exceeded_words`.
+    """
+    lines = []
+    for name, (found, allowed) in judged.items():
+        error = numbers.with_size(numbers.error(name, found), name, found or 0.0, scales.get(name))
+        limit = numbers.with_size(allowed_text(name, allowed), name, allowed, scales.get(name))
+        lines.append(f"{name.replace('angular_', 'angular ')} {error} <= {limit}")
+    return lines
+
+
 def _error_and_limit(
     name: str, found: float, allowed: float, allowed_text: Callable[[str, float], str], scale: float | None
 ) -> str:

@@ -15,7 +15,7 @@ from conrod.models.tables.study import TableStudy
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import distrust_words, exceeded_words
+from conrod.report.results import distrust_words, exceeded_words, within_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 
@@ -47,25 +47,23 @@ def verdict_text(study: TableStudy) -> str:
         return distrust_words(study)
     if study.passed is None:
         return f"measured, not judged: {_largest_words(study)}give --tolerance"
+    scales = {name: scale for name in study.tolerance if (scale := study.judged_scale(name)) is not None}
     unjudged = f"; not judged: {', '.join(_unjudged_words(study))}" if study.unjudged else ""
     unjudged += "".join(f"; {words}" for words in contradiction_words(study))
     if study.passed:
-        found = ((name, study.largest(name), limit) for name, limit in study.tolerance.items())
-        within = (
-            f"{_in_words(name)} {_with_size(study, name, numbers.error(name, size), size)} <= "
-            f"{_with_size(study, name, _tolerance_text(name, limit), limit)}"
-            for name, size, limit in found
-        )
+        judged = {name: (study.largest(name), limit) for name, limit in study.tolerance.items()}
+        within = within_words(judged, numbers.given_tolerance_text, scales)
         return f"within tolerance: {', '.join(within)}{unjudged}"
-    scales = {name: scale for name in study.exceeded if (scale := study.judged_scale(name)) is not None}
-    return f"OUT OF TOLERANCE: {', '.join(exceeded_words(study.exceeded, _tolerance_text, scales))}{unjudged}"
+    over = exceeded_words(study.exceeded, numbers.given_tolerance_text, scales)
+    return f"OUT OF TOLERANCE: {', '.join(over)}{unjudged}"
 
 
 def _largest_words(study: TableStudy) -> str:
     """Say how far a table is off, in the first quantity that it has, and the likely cause; each ends in '; '."""
     known = ((name, study.largest(name)) for name in (*MOTION, *ALL_ERRORS, "phase"))
     name, size = next(((name, size) for name, size in known if size is not None), ("", 0.0))
-    off = f"{_in_words(name)} off by {_with_size(study, name, numbers.error(name, size), size)}; " if name else ""
+    shown = numbers.with_size(numbers.error(name, size), name, size, study.judged_scale(name))
+    off = f"{_in_words(name)} off by {shown}; " if name else ""
     return off + "".join(f"likely cause: {cause.text}; " for cause in study.causes[:1])
 
 
@@ -92,19 +90,9 @@ def contradiction_words(study: TableStudy) -> Iterator[str]:
         yield f"its {integrals[name]}, whose change is not their integral"
 
 
-def _with_size(study: TableStudy, name: str, text: str, share: float | None) -> str:
-    """Return the text of a share with its size behind it."""
-    return numbers.with_size(text, name, share or 0.0, study.judged_scale(name))
-
-
 def _in_words(name: str) -> str:
     """Return the name of an error as it is printed, without underscore."""
     return name.replace("angular_", "angular ")
-
-
-def _tolerance_text(name: str, limit: float) -> str:
-    """Return a tolerance as text, the phase's in deg."""
-    return numbers.allowed_text(name, limit) if name == "phase" else numbers.quantity(limit)
 
 
 def estimation_lines(study: TableStudy) -> list[str]:
@@ -169,7 +157,7 @@ def errors_table(study: TableStudy) -> Table:
                         _in_words(name),
                         *sizes,
                         shown,
-                        "not judged" if limit is None else _tolerance_text(name, limit),
+                        "not judged" if limit is None else numbers.given_tolerance_text(name, limit),
                     )
                 )
     right = ("max", "rms", "final", "max [mm]")

@@ -14,7 +14,7 @@ from conrod.models.torque_runs.study import TorqueRunStudy
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import distrust_words, exceeded_words
+from conrod.report.results import distrust_words, exceeded_words, within_words
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart, indented_under, verdict_line
 
@@ -48,34 +48,20 @@ def verdict_text(study: TorqueRunStudy) -> str:
     if study.distrust:
         return distrust_words(study)
     unjudged = f"; not judged: {', '.join(study.unjudged)}" if study.unjudged else ""
+    scales = {name: scale for name in study.tolerance if (scale := study.judged_scale(name)) is not None}
     if study.exceeded:
-        scales = {name: scale for name in study.exceeded if (scale := study.judged_scale(name)) is not None}
-        words = exceeded_words(study.exceeded, _tolerance_text, scales)
+        words = exceeded_words(study.exceeded, numbers.given_tolerance_text, scales)
         when = ", ".join(f"{name} at {_time_of_largest(study, name):.4g} s" for name in study.exceeded)
         return f"OUT OF TOLERANCE: {', '.join(words)} (largest: {when}){unjudged}"
-    within = (
-        f"{name} {_with_size(study, name, numbers.error(name, size), size)} <= "
-        f"{_with_size(study, name, _tolerance_text(name, limit), limit)}"
-        for name, limit in study.tolerance.items()
-        for size in (study.largest(name) or 0.0,)
-    )
+    judged = {name: (study.largest(name) or 0.0, limit) for name, limit in study.tolerance.items()}
+    within = within_words(judged, numbers.given_tolerance_text, scales)
     return f"within tolerance: {', '.join(within)}{unjudged}"
-
-
-def _with_size(study: TorqueRunStudy, name: str, text: str, share: float) -> str:
-    """Return the text of a share with its size behind it."""
-    return numbers.with_size(text, name, share, study.judged_scale(name))
 
 
 def _time_of_largest(study: TorqueRunStudy, name: str) -> float:
     """Time [s] of the largest error of a quantity."""
     own = [one[name] for one in study.errors.values() if name in one]
     return max(own, key=lambda error: error.size.max).time
-
-
-def _tolerance_text(name: str, limit: float) -> str:
-    """Return a tolerance as text, the phase's in deg."""
-    return numbers.allowed_text(name, limit) if name == PHASE else numbers.quantity(limit)
 
 
 def findings(study: TorqueRunStudy) -> list[str]:
@@ -115,7 +101,7 @@ def errors_table(study: TorqueRunStudy) -> Table:
             if name in errors:
                 error, limit = errors[name], study.tolerance.get(name)
                 sizes = (numbers.measured_text(value) for value in (error.size.max, error.size.rms, error.size.final))
-                allowed = "not judged" if limit is None else _tolerance_text(name, limit)
+                allowed = "not judged" if limit is None else numbers.given_tolerance_text(name, limit)
                 rows.append((point, name, *sizes, _error_cell(study, point, name), f"{error.time:.4g}", allowed))
     right = ("max", "rms", "final", "max, shown", "at [s]")
     return table(("point", "error", *right, "tolerance"), rows, right, names=2)
