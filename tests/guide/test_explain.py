@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -15,22 +16,25 @@ from conrod.comparison.trajectory import COMPARED_QUANTITIES, Outcome
 from conrod.engines import engine_names, presets_of
 from conrod.errors import InvalidInput
 from conrod.guide.explain import sources
-from conrod.guide.explain.sources import explanations, glossary_terms
+from conrod.guide.explain.sources import WordMeaning, explanations, glossary_terms
 from conrod.models.lint.linting import RULES
 from conrod.studies.ablate.findings import IngredientVerdict
 from conrod.studies.limits.axes import AXES
 
-KNOWN = tuple(explanations())
+
+@cache
+def known() -> tuple[WordMeaning, ...]:
+    return tuple(explanations())
 
 
 def test_explain_knows_what_results_and_tables_print() -> None:
-    words = {one.word for one in KNOWN}
+    words = {one.word for one in known()}
     presets = {preset for engine in engine_names() for preset in presets_of(engine)}
     printed = {*(one.slug for one in Outcome), *presets, *RULES, *COMPARED_QUANTITIES, *AXES}
     printed |= {one.value for one in IngredientVerdict} | {"strays", "its own run", "as it is"}
     assert printed | {"within tolerance", "out of tolerance", "measured", "cannot be trusted"} <= words
-    assert all(one.advice for one in KNOWN if one.kind == "outcome of a run")
-    assert all(one.meaning for one in KNOWN)
+    assert all(one.advice for one in known() if one.kind == "outcome of a run")
+    assert all(one.meaning for one in known())
 
 
 def test_explain_fails_when_an_outcome_has_no_advice() -> None:
@@ -40,7 +44,7 @@ def test_explain_fails_when_an_outcome_has_no_advice() -> None:
 
 def test_explain_points_to_pages_and_headings_that_exist() -> None:
     docs = Path(__file__).parents[2] / "docs"
-    for one in KNOWN:
+    for one in known():
         page, _, heading = one.page.partition("#")
         text = (docs / page).read_text("utf-8")
         lines = [line.lstrip("# ").lower().rstrip("?") for line in text.splitlines()]
@@ -50,7 +54,7 @@ def test_explain_points_to_pages_and_headings_that_exist() -> None:
 
 def test_explain_knows_ingredients_of_all_committed_ablations() -> None:
     studies = json.loads((Path(__file__).parents[2] / "reports" / "ablate" / "results.json").read_text("utf-8"))
-    words = {(one.kind, one.word) for one in KNOWN}
+    words = {(one.kind, one.word) for one in known()}
     named = {
         (f"ingredient of {engine}", name)
         for part in studies["parts"].values()

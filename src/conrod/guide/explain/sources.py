@@ -74,16 +74,14 @@ def _outcomes(advice: dict[str, str]) -> Iterator[WordMeaning]:
 
 
 def _presets() -> Iterator[WordMeaning]:
-    from conrod.engines import OPTIONAL_ENGINES, loadable_engines
+    from conrod.engines import engine_names, installed_extras, presets_of
 
-    for engine in loadable_engines(OPTIONAL_ENGINES)[0]:
-        for name, preset in engine.presets.items():
+    for engine in (*engine_names(), *installed_extras()):
+        for name, preset in presets_of(engine).items():
             judged = (
                 "judged by the engine's error law" if preset.judged else "measured, not judged, without --tolerance"
             )
-            yield WordMeaning(
-                name, f"preset of {engine.name}", f"{preset.meaning}; {judged}", page="validation.md#presets"
-            )
+            yield WordMeaning(name, f"preset of {engine}", f"{preset.meaning}; {judged}", page="validation.md#presets")
 
 
 def _lint_rules() -> Iterator[WordMeaning]:
