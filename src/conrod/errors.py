@@ -120,7 +120,7 @@ def list_names(names: Iterable[str], max_names: int = 6) -> str:
 
 
 def no_such_file(path: Path) -> InvalidInput:
-    """The error for a file that is not there: names the nearest file beside it, or the folder that is missing."""
+    """The error for a missing file: names the nearest file in its folder, or the missing folder."""
     with suppress(OSError):
         if not path.parent.is_dir():
             return InvalidInput(f"{path}: there is no such file: there is no folder {path.parent}")

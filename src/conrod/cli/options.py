@@ -52,7 +52,7 @@ class Verb(click.Command):
         return rest
 
     def _refuse_repeats(self, ctx: click.Context, typed: list[str]) -> None:
-        """Refuse an option of one value that is given twice, of which click takes the last without a word."""
+        """Refuse an option of one value that is given twice; click would take the last value silently."""
         *_, order = self.make_parser(ctx).parse_args(args=typed.copy())
         given = [one for one in order if isinstance(one, click.Option)]
         for one in dict.fromkeys(given):

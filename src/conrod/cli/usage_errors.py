@@ -31,7 +31,7 @@ def _missing_argument(ctx: click.Context, error: click.MissingParameter) -> Inva
 
 
 def _unfit_number(error: click.BadParameter) -> InvalidInput | click.UsageError:
-    """Return the error for an option's value that is no number, in the words of the other ranges' errors."""
+    """Return the error for an option's value that is no number, worded as the errors of ranges."""
     found = NO_NUMBER.fullmatch(error.message)
     if not found or not isinstance(error.param, click.Option):
         return error

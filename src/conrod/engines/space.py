@@ -61,7 +61,7 @@ class SpatialRun:
 
 
 def exact_start(tree: SpatialTree, laws: Mapping[str, DriveLaw], names: Iterable[str]) -> SpatialStart:
-    """Find the exact state of a machine at time 0; the step is that of a whole law, and yet to be set.
+    """Find the exact state of a machine at time 0, with the duration of a law as step until one is set.
 
     Args:
         laws: of the driven joints by name, the coordinates in the tree's start pose at time 0.

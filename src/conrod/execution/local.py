@@ -293,7 +293,7 @@ def call_on_own_files(
 def call_each(
     processes: RetryingExecutor, task: Callable[[Argument], Result], arguments: Sequence[Argument]
 ) -> Iterator[Result | FailedCall]:
-    """Call a task with each argument, as many at a time as there are processes, and yield results in order.
+    """Call a task with each argument, one call a process at a time, and yield the results in order.
 
     A call whose process crashes, or that takes too long or too much memory, yields how it ended.
     """

@@ -285,6 +285,6 @@ def site_points(
 
 
 def _body_point(name: str, point: SpatialPoint) -> FoundPoint:
-    """A point of a body, beside the body's frame."""
+    """A point of a body, at an offset from the body's frame."""
     x, y, z = point.offset.tolist()
     return FoundPoint(name, "body", point.body, point.body, (x, y, z))

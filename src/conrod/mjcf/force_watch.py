@@ -48,12 +48,12 @@ class ForceWatch:
         disabled = int(model.opt.disableflags)
         springs, dampers = (not disabled & compat.disable_bit(name) for name in ("SPRING", "DAMPER"))
         # What acts is sought at every step, and where, once.
-        self._sprung_joints = _marked(springs, model, "jnt_stiffness", "jnt_stiffnesspoly")
-        self._sprung_tendons = _marked(springs, model, "tendon_stiffness", "tendon_stiffnesspoly")
-        self._damped_tendons = _marked(dampers, model, "tendon_damping", "tendon_dampingpoly")
-        damped = _marked(dampers, model, "dof_damping", "dof_dampingpoly")
+        self._sprung_joints = _acting_elements(springs, model, "jnt_stiffness", "jnt_stiffnesspoly")
+        self._sprung_tendons = _acting_elements(springs, model, "tendon_stiffness", "tendon_stiffnesspoly")
+        self._damped_tendons = _acting_elements(dampers, model, "tendon_damping", "tendon_dampingpoly")
+        damped = _acting_elements(dampers, model, "dof_damping", "dof_dampingpoly")
         self._damped_joints = sorted({int(model.dof_jntid[dof]) for dof in damped})
-        self._geared = _marked(dampers, model, "actuator_damping", "actuator_dampingpoly")
+        self._geared = _acting_elements(dampers, model, "actuator_damping", "actuator_dampingpoly")
         self._curved_springs = _nonzero_mask(model, "jnt_stiffnesspoly", "jnt_springyield")
         self._curved_dampers = _nonzero_mask(model, "dof_dampingpoly")
         self._pair_named = cache(partial(_pair_name, model))
@@ -283,7 +283,7 @@ def _force_unit(model: mujoco.MjModel, kind: str, index: int) -> str:
     return "N m" if of_joints and all(joint_kind(model, joint) == "hinge" for joint in of_joints) else "N"
 
 
-def _marked(acting: bool, model: mujoco.MjModel, *fields: str) -> list[int]:
+def _acting_elements(acting: bool, model: mujoco.MjModel, *fields: str) -> list[int]:
     """Indices of the elements for which any of some fields is not 0; none where they do not act."""
     return np.flatnonzero(_nonzero_mask(model, *fields)).tolist() if acting else []
 

@@ -182,7 +182,7 @@ NO_GRAVITY = int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
 
 @dataclass(frozen=True)
 class FoundPoint:
-    """A point of a compiled model: the frame of a site, a body or a geom, or a point beside it.
+    """A point of a compiled model: the frame of a site, a body or a geom, or a point at an offset from it.
 
     Attributes:
         offset: of the point from the frame, along the axes of the body's frame [m]; only bodies have one.

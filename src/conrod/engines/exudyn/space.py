@@ -182,7 +182,7 @@ class LawOffset:
         self.before, self._law, self._reference, self._step = 0, law, reference, step
         self._known: dict[int, tuple[float, float]] = {}
 
-    def at(self, time: float) -> tuple[float, float]:
+    def evaluate(self, time: float) -> tuple[float, float]:
         """Coordinate and rate at a time [s] after the block's beginning, a whole number of steps."""
         k = self.before + round(time / self._step)
         if k not in self._known:
@@ -272,7 +272,7 @@ def _add_drives(system: Any, start: SpatialStart, node: int, chain: KinematicCha
 
 def _reader(offset: LawOffset, which: int) -> Callable[[Any, float, int, float], float]:
     """A user function of Exudyn that reads a law's coordinate (0) or rate (1)."""
-    return lambda system, time, item, constant: offset.at(time)[which]
+    return lambda system, time, item, constant: offset.evaluate(time)[which]
 
 
 class ExudynSpatialStepper(SolverStepper):
@@ -306,7 +306,7 @@ def run_in_space(start: SpatialStart, preset: str, steps: int, every: int = 1) -
     made, sample = stepper.made, count(0)
 
     def record(*_: object) -> bool:
-        """Read all sensors at the start and after a step; True, so that the solver goes on."""
+        """Read all sensors at the start and after a step; return True, which lets the solver continue."""
         if next(sample) % every == 0:
             rows.append(np.array([[made.system.GetSensorValues(k) for k in three] for three in made.sensors.values()]))
         return True

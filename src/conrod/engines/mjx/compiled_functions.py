@@ -18,7 +18,7 @@ CPU_FLAGS = ("flags", "Features")  # what Linux calls them on x86 and ARM
 
 
 def keep_compiled_functions(config: Any) -> None:
-    """Make JAX keep what it compiles in this worker process, and load what others have compiled.
+    """Make JAX keep the functions that it compiles here, and load functions compiled by other processes.
 
     Compiling takes nearly all of a short run. JAX runs what it finds in the folder: nothing is kept where another user
     may write into it. The user's own processes keep what their `JAX_COMPILATION_CACHE_DIR` says, and so do workers.
@@ -44,7 +44,7 @@ def keep_compiled_functions(config: Any) -> None:
 
 
 def drop_oldest_files(folder: Path, most: int) -> None:
-    """Delete the oldest files of a folder, until the others take at most some bytes; empty ones always."""
+    """Delete all empty files of a folder, and its oldest files until the rest takes at most some bytes."""
     found = [(file, file.stat()) for file in folder.iterdir() if file.is_file()]
     kept = 0
     for file, about in sorted(found, key=lambda one: -one[1].st_mtime):

@@ -75,7 +75,7 @@ def finding(study: Inspection) -> str:
 
 
 def _unjudged_sentences(study: Inspection) -> list[str]:
-    """Say of a model of which nothing else is to be said what followed a law, or why no motion of it is judged."""
+    """Say which parts followed a law, or why no motion is judged, of a model without other findings."""
     if followed := study.moving.followed:
         return [f"With {one.words}." for one in followed[:MAX_ALARMS]]
     if pushed := [one.name for one in study.moving.actuators if one.acceleration is not None]:

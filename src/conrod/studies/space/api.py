@@ -80,7 +80,7 @@ def validate_in_space(
     for name in chosen:
         machine = MACHINES[name]()
         scales = motion_scales(machine)
-        judged = tuple(_judged(one, asked, scales) for one in results if one.scene == name)
+        judged = tuple(_judge_result(one, asked, scales) for one in results if one.scene == name)
         studies[name] = SpatialStudy(name, machine.title, dict(machine.drives), scales, judged)
     call = text_of_call(
         "validate_in_space",
@@ -95,23 +95,23 @@ def validate_in_space(
 
 
 def engines_in_space(engines: Engines) -> list[Engine[Any]]:
-    """Engines by name that run machines in space; those of all that do, for "all".
+    """Return the named engines, which must run machines in space; for "all" the engines that do.
 
     Raises:
-        InvalidInput: one that was named does not.
+        InvalidInput: an engine that was named does not.
     """
     found = choose_engines(engines)
-    able = [one for one in found if not isinstance(capability(one, SpatialRuns), MissingCapability)]
+    capable = [one for one in found if not isinstance(capability(one, SpatialRuns), MissingCapability)]
     named = {one for one in engine_names_given(engines) if one != ALL_ENGINES}
-    if other := next((one for one in found if one.name in named and one not in able), None):
+    if other := next((one for one in found if one.name in named and one not in capable), None):
         raise InvalidInput(
             f"--engine {other.name}: unsupported, it has no runs of machines in space; `conrod engines` says which have"
         )
-    return able
+    return capable
 
 
 def _steps_to_run(steps_per_rev: int | Sequence[int]) -> tuple[int, ...]:
-    """Numbers of steps in a revolution, growing: those that were given, or half of one number and itself."""
+    """Numbers of steps in a revolution, in increasing order: as given, or a single number and its half."""
     given = [steps_per_rev] if isinstance(steps_per_rev, int) else list(steps_per_rev)
     for steps in given:
         check_count("--steps-per-rev", steps, *STEPS_RANGE)
@@ -121,7 +121,7 @@ def _steps_to_run(steps_per_rev: int | Sequence[int]) -> tuple[int, ...]:
 
 
 def _run_cells(cells: Sequence[SpatialCell], runs: Runs) -> list[SpatialResult]:
-    """Run all cells in other processes; one that an engine crashes costs its own cell."""
+    """Run all cells in other processes; a process that crashes costs its cell alone."""
     found = list[SpatialResult]()
     with runs.processes() as processes, runs.progress("runs", Outcome.COMPLETED.slug) as watcher:
         watcher.on_start(len(cells), 0)
@@ -134,7 +134,9 @@ def _run_cells(cells: Sequence[SpatialCell], runs: Runs) -> list[SpatialResult]:
     return found
 
 
-def _judged(result: SpatialResult, asked: Mapping[str, Limit] | None, scales: Mapping[str, float]) -> SpatialResult:
+def _judge_result(
+    result: SpatialResult, asked: Mapping[str, Limit] | None, scales: Mapping[str, float]
+) -> SpatialResult:
     """Judge a result by the tolerances that were asked for, in SI or as shares of the scales."""
     if asked is None:
         return result

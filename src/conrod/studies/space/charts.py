@@ -17,7 +17,7 @@ NORMS = {"position": "L", "velocity": "largest speed", "acceleration": "largest 
 
 
 def work_precision_figure(study: SpatialStudy) -> Figure:
-    """Draw errors against CPU time of a revolution, over that of the cheapest run; a panel for each quantity."""
+    """Draw errors against CPU time of a revolution relative to the cheapest run, a panel for each quantity."""
     drawn = [(one, runs) for one in study.results if (runs := timed_runs(one))]
     least = min(run.revolution_cost for _, runs in drawn for run in runs)
     figure = Figure(figsize=(WIDTH, PANEL * len(QUANTITIES) + MARGINS))

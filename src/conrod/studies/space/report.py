@@ -71,7 +71,7 @@ def _failure_sentence(by_preset: Mapping[tuple[str, str], Sequence[SpatialResult
 
 
 def verdict(study: SpatialStudy) -> str:
-    """Say how far off the engines are on one machine, and what is out of tolerance."""
+    """Say how far off the engines are on one machine, and which quantities are out of tolerance."""
     failed = [
         f"{' '.join(engine_and_preset(one))}: {verdict_words(one)}" for one in study.results if one.passed is False
     ]

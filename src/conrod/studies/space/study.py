@@ -43,7 +43,7 @@ def prepare_bench(name: str) -> SpatialBench:
 
 
 def run_cell(cell: SpatialCell) -> SpatialResult:
-    """Run a machine in an engine with each number of steps, and compare it; to be called in a process of its own."""
+    """Run a machine in an engine with each number of steps, and compare it; call it in a separate process."""
     bench, empty = prepare_bench(cell.machine), cell.empty_result()
     scales, runs = motion_scales(bench.machine), list[StepRun]()
     engine = require_capability(engine_named(cell.engine), SpatialRuns)

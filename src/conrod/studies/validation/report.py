@@ -33,7 +33,7 @@ ERROR_DIGITS, POSE_DIGITS = 4, 3
 
 
 def heading(study: SceneStudy) -> str:
-    """Return a page's title: the machine, and what is changed of a shipped one: 'saw-500rpm (speed 320 rpm): ..'."""
+    """Return a page's title: the machine and its changed parameters, 'saw-500rpm (speed 320 rpm): ..'."""
     try:
         shipped = scene_named(study.name).parameters
     except InvalidInput:  # a member of a family, or a machine of the user's
