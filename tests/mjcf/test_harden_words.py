@@ -280,6 +280,13 @@ def test_a_run_has_whole_samples_of_its_steps(seconds: float, steps: int, every:
         assert str(told.value) == (f"--seconds {bad:g} is out of range: 0.04 to 400 at the model's step of 0.002 s")
 
 
+def test_a_run_of_no_given_length_fits_the_step_of_the_model() -> None:
+    model = arms()
+    assert run_steps(model) == (500, 1)  # a second
+    model.opt.timestep = 0.1
+    assert run_steps(model) == (20, 1)  # a second would be too few steps
+
+
 KEYS = '<keyframe><key name="k" qpos="0.02 0 0 1 0 1 0 0 0" qvel="1 0 0 0 0 0 0 0"/></keyframe>'
 MOTOR = '<actuator><motor name="m" joint="a"/></actuator>'
 

@@ -153,6 +153,19 @@ def test_a_trial_that_breaks_off_is_made_with_free_joints(monkeypatch: pytest.Mo
     assert try_actuators(model, start)[0].broke == "runs away"
 
 
+def test_a_step_that_an_actuator_does_not_bear_is_refused() -> None:
+    # v' = -(kv / m) v diverges by explicit steps h from h kv / m = 2 on: m = 2 kg, kv = 1000 N s/m, h = 4 ms.
+    model = on_slide('<velocity name="servo" joint="lift" kv="200" ctrlrange="-1 1"/>')
+    start = data_at_start(model, None)[0]
+    bears = actuators.still_bear(model, start, try_actuators(model, start))
+    coarse = on_slide('<velocity name="servo" joint="lift" kv="1000" ctrlrange="-1 1"/>')
+    coarse.opt.timestep, coarse.opt.integrator = 0.006, mujoco.mjtIntegrator.mjINT_EULER
+    assert bears(model)
+    assert not bears(coarse)
+    coarse.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    assert bears(coarse)
+
+
 def test_servo_at_its_limit_against_a_wall_is_not_too_weak() -> None:
     free = mujoco.MjSpec.from_string(
         f'<mujoco><option timestep="{STEP}"/><worldbody><body name="lift"><joint name="lift" type="slide" axis="0 0 1" '

@@ -140,7 +140,7 @@ def test_own_run_is_judged_by_a_law_that_was_given_alone(
     study = loop_study()
     judged_study = replace(study, shipped=replace(study.shipped, laws=strayed))
     assert judged_study.shipped_failed
-    monkeypatch.setattr(f"{inspect.__module__}.study_loops", lambda *_: judged_study)
+    monkeypatch.setattr(f"{inspect.__module__}.study_loops", lambda *_, **__: judged_study)
     asked = InspectionRequest(drives=given)
     found = judge_motion(Path("saw.xml"), asked, {"crank": "60rpm"}, "saw", None)
     assert found.shipped_failed is bool(given)

@@ -127,6 +127,27 @@ def test_search_says_how_far_it_went_where_nothing_holds() -> None:
     assert (found.nearest.label, found.nearest.timestep) == ("tuned", STEP / 64)
 
 
+def test_search_that_is_ended_tries_nothing_more() -> None:
+    left = iter([True, True, True, False])
+    made = list[float]()
+
+    def run_at(name: str, step: float) -> tuple[LoopRun, ShippedRun]:
+        made.append(step)
+        return LoopRun(name, step, Outcome.COMPLETED, "", {"position": 0.01 * step}, "P", 0.0), RUNS
+
+    timing = PairedTiming(1.0, 1.0, 1.0, 1e-6, 1e-6, 1)
+    found = search_settings(run_at, lambda name: timing, {"hardened": 0, "tuned": 0}, ALLOWED, STEP, (-6, 6), own=RUNS,
+                            may_go_on=lambda: next(left, False))  # fmt: skip
+    # Of steps that hold up to 8 ms two were tried, and the larger one is said.
+    assert len(made) == 2
+    assert found.best is not None
+    assert found.best.timestep == max(made)
+    nothing = search_settings(run_at, lambda name: timing, {"tuned": 0}, ALLOWED, STEP, (0, 0), own=RUNS,
+                              may_go_on=lambda: False)  # fmt: skip
+    assert nothing.best is None
+    assert len(made) == 2
+
+
 def test_search_ends_at_the_largest_step_without_another_side() -> None:
     found, _ = search({"hardened": lambda h: 1e-9}, limits=(-6, 3))
     assert found.best is not None
@@ -331,6 +352,17 @@ def test_words_say_why_no_larger_step_was_tried(found: LoopStudy) -> None:
     for borne, why in ((False, "the motion would have fewer than 8"), (True, "its actuators bear none")):
         ended = replace(found, search=replace(found.search, coarser=None, coarser_shipped=None, borne=borne))
         assert f"; no larger step was tried: {why}. With these" in settings_words(ended)
+
+
+def test_words_say_where_a_search_was_ended(found: LoopStudy) -> None:
+    assert found.search is not None
+    cut = settings_words(replace(found, search=replace(found.search, ended=12.0)))
+    assert cut.startswith("The cheapest of those tried in 12 s of CPU time that holds ")
+    untried = replace(found.search, best=None, steps=(1e-3, 1e-3), ended=12.0)
+    words = settings_words(replace(found, search=untried))
+    assert words.startswith("No settings were searched that hold ")
+    assert words.endswith("the runs before took longer than 12 s.")
+    assert "CPU time" not in settings_words(found)
 
 
 def test_words_say_that_contacts_harden_where_any_acted(found: LoopStudy) -> None:

@@ -27,7 +27,7 @@ def harden(
     *,
     keyframe: str | None = ...,
     controls: Mapping[str, float] | None = ...,
-    seconds: float = ...,
+    seconds: float | None = ...,
     force: bool = ...,
     write: bool = ...,
     unit: str | None = ...,
@@ -38,7 +38,7 @@ def harden(
     *,
     keyframe: str | None = None,
     controls: Mapping[str, float] | None = None,
-    seconds: float = 1.0,
+    seconds: float | None = None,
     force: bool = False,
     write: bool = False,
     unit: str | None = None,
@@ -52,7 +52,7 @@ def harden(
         model: compiled, or the path of an MJCF or binary file, or an `MjSpec`.
         factor: factor on the inverse weights of a compiled model, in (0, 1].
         keyframe, controls: as in `lint`.
-        seconds: length of the runs [s].
+        seconds: length of the runs [s]; None for 1, or what fits the step of the model.
         force: harden closures that seem soft on purpose, or whose run breaks off when they are hard.
         write: whether the result has the hardened model, in binary form, as its `content`.
         unit: as in `lint`.
@@ -68,7 +68,7 @@ def harden(
         return None
     from conrod.models.harden.study import harden_file
 
-    if not 0.0 < seconds < LONGEST_RUN:
+    if seconds is not None and not 0.0 < seconds < LONGEST_RUN:
         raise InvalidInput(f"--seconds {seconds:g}: give a finite number above 0")
     with file_of_model(model) as (path, _):
         check_readable(path)

@@ -43,6 +43,7 @@ MIN_STEPS, MAX_STEPS = 20, 200_000
 STANDSTILL_SHARE = 1e-9
 # Loops that open by so many times as much are worse, unless they are closed to rounding [of the model's size].
 WORSE_FACTOR, CLOSED_SHARE = 2.0, 1e-9
+USUAL_SECONDS = 1.0  # length of the runs
 ADVICE = "a smaller step of the model may help"
 FORCE = "--force hardens it all the same"
 
@@ -50,7 +51,7 @@ FORCE = "--force hardens it all the same"
 def harden_file(
     path: Path,
     keyframe: str | None = None,
-    seconds: float = 1.0,
+    seconds: float | None = None,
     force: bool = False,
     content: bool = True,
     controls: Controls = (),
@@ -60,7 +61,7 @@ def harden_file(
 
     Args:
         keyframe: keyframe that the runs start from, as in `data_at_start`.
-        seconds: length of the runs [s].
+        seconds: length of the runs [s]; None for `USUAL_SECONDS`, or what fits the step of the model.
         force: harden what seems to be soft on purpose, or is worse when hard.
         content: whether the result has the hardened model, not only its figures.
         controls: inputs of actuators in place of the keyframe's, held through the runs.
@@ -224,7 +225,7 @@ def _largest_distance(points: Array, others: Array) -> float:
     return float(np.linalg.norm(points - others, axis=2).max(initial=0.0))
 
 
-def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
+def run_steps(model: mujoco.MjModel, seconds: float | None = None) -> tuple[int, int]:
     """Number of steps of a run, and of steps from one sample to the next.
 
     Raises:
@@ -232,6 +233,7 @@ def run_steps(model: mujoco.MjModel, seconds: float) -> tuple[int, int]:
     """
     timestep = float(model.opt.timestep)
     least, most = MIN_STEPS * timestep, MAX_STEPS * timestep
+    seconds = min(max(USUAL_SECONDS, least), most) if seconds is None else seconds
     if not least <= seconds <= most:
         raise InvalidInput(
             f"--seconds {seconds:g} is out of range: {least:.3g} to {most:.3g} at the model's step of {timestep:g} s"

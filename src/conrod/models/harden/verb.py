@@ -24,7 +24,6 @@ from conrod.user_files import MODELS
 from conrod.user_files.files import check_model_readable, protected_model_files
 
 BINARY = ".mjb"
-SECONDS = 1.0
 ALWAYS = (
     "run the lines again after mj_setConst, which makes the weights anew",
     "for double precision only; docs/hardening.md says why, and what hardens with the loops",
@@ -37,9 +36,7 @@ class HardenOptions:
 
     output: str | None = option("-o --output", metavar="FILE.mjb", help="Write the hardened model there [not written].")
     keyframe: str | None = option("--keyframe")
-    seconds: float = option(
-        "--seconds", type=float, default=SECONDS, show_default=True, metavar="S", help="Duration of the runs."
-    )
+    seconds: float | None = option("--seconds", type=float, metavar="S", help="Duration of the runs [1].")
     controls: tuple[str, ...] = option("--ctrl")
     unit: str | None = option("--unit", metavar="UNIT", help="Of the model's lengths: m, cm, mm or inch [m].")
     force: bool = option(
@@ -65,7 +62,7 @@ def harden(model: str, asked: HardenOptions) -> None:
     files = files_to_write({"-o": asked.output, "--json": asked.document}, protected_model_files(path))
     if (file := files.get("-o")) and file.suffix.lower() != BINARY:
         raise InvalidInput(f"-o {file}: a hardened model can only be binary, e.g. {file.with_suffix(BINARY)}")
-    if not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
+    if asked.seconds is not None and not (math.isfinite(asked.seconds) and asked.seconds > 0.0):
         raise InvalidInput(f"--seconds {asked.seconds:g}: give a finite number above 0")
     controls = controls_in(asked.controls)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import mujoco
@@ -32,6 +32,7 @@ FORCE_ROOM = 0.4  # of the room ahead, that a force is run for
 SPEED_TIME = 1.0  # [s] in which a commanded speed without a range crosses the range of its joint
 HOLD_POSES = 61  # of a joint's range, at which it is asked whether a force holds it
 MAX_SEARCHES = 12  # actuators whose time step is searched: those whose response is the fastest
+MAX_TRIED_AGAIN = 4  # actuators, with other settings
 CPU_TIME = 6.0  # [s] after which no further actuator is tried
 
 
@@ -99,6 +100,22 @@ def _try_on(bench: TrialBench, one: TriedActuator, *, search: bool) -> ActuatorR
     if one.kind in ("motor", "cylinder", "muscle"):
         return _try_force(bench, result, search=search)
     return replace(result, remark=f"not tried: what its control means is not known (kind {one.kind})")
+
+
+def still_bear(
+    model: mujoco.MjModel, start: mujoco.MjData, results: Sequence[ActuatorResult]
+) -> Callable[[mujoco.MjModel], bool]:
+    """Return whether actuators whose trial did not break off complete it in the model with other settings, too.
+
+    Harder loops couple what they join more closely, and the largest step that an actuator bears is another one.
+    """
+    every = read_actuators(model)
+    sound = [one for one, found in zip(every, results, strict=False) if found.steps is not None and not found.broke]
+
+    def bears(edited: mujoco.MjModel) -> bool:
+        return not any(_try_one(edited, start, one, every, search=False).broke for one in sound[:MAX_TRIED_AGAIN])
+
+    return bears
 
 
 def _held_words(held: tuple[str, ...]) -> str:

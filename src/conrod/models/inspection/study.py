@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,6 +17,7 @@ from conrod.mjcf.loading import OWN_POSE, data_at_start
 from conrod.mjcf.loop_results import LawComparison, LoopRequest, LoopStudy
 from conrod.mjcf.runs import run, user_model_errors
 from conrod.mjcf.unit_of_length import controls_in_metres, coordinate_powers
+from conrod.models.inspection.actuators import still_bear
 from conrod.models.inspection.closing import examine_closing
 from conrod.models.inspection.drawn_runs import PoseRecorder, draw_law_run, draw_own_runs
 from conrod.models.inspection.drive_choice import choose_drives
@@ -59,7 +60,9 @@ def inspect(path: Path, question: InspectionRequest, name: str) -> Inspection:
         drives, not_judged = {}, "its parts do not meet, so that it is another machine"
     if drives:
         try:
-            motion = judge_motion(path, question, drives, name, largest_step(model, moving))
+            motion = judge_motion(
+                path, question, drives, name, largest_step(model, moving), still_bear(model, data, moving.actuators)
+            )
         except InvalidInput as error:
             not_judged = str(error).removeprefix(f"{path}: ")
     found = replace(found, drives=dict(drives), motion=motion, not_judged=not_judged)
@@ -103,12 +106,18 @@ def largest_step(model: mujoco.MjModel, moving: Moving) -> float | None:
 
 
 def judge_motion(
-    path: Path, question: InspectionRequest, drives: Mapping[str, str], name: str, longest: float | None
+    path: Path,
+    question: InspectionRequest,
+    drives: Mapping[str, str],
+    name: str,
+    longest: float | None,
+    bears: Callable[[mujoco.MjModel], bool] = lambda model: True,
 ) -> LoopStudy:
     """Judge the loops by their exact motion with joints driven by laws, and search for settings.
 
     Args:
         longest: largest step [s] of settings; None without a limit.
+        bears: whether actuators bear the model with other settings.
 
     Raises:
         InvalidInput: the loops cannot be judged.
@@ -117,7 +126,7 @@ def judge_motion(
         drives, question.keyframe, question.controls, unit=question.unit, searched_share=SEARCHED_SHARE,
         largest_step=longest, cpu_time=CPU_TIME,
     )  # fmt: skip
-    found = study_loops(path, asked, name)
+    found = study_loops(path, asked, name, bears=bears)
     if question.drives:
         return found
     # The file does not claim to follow a law that was chosen here: its own run may have another speed.

@@ -42,7 +42,7 @@ from conrod.mjcf.loop_results import (
     ShippedRun,
 )
 from conrod.mjcf.missing_files import load_with_notes
-from conrod.mjcf.reading import check_rigid, duration, judged_points, laws_of, machine_tree, tree_of
+from conrod.mjcf.reading import check_rigid, duration, laws_of, machine_tree, tree_of
 from conrod.mjcf.request import OpenStart
 from conrod.mjcf.runs import looping_stepper, state_of
 from conrod.mjcf.start import open_start
@@ -51,7 +51,7 @@ from conrod.models.loops.law_comparison import allowed_speed_error, compare_with
 from conrod.models.loops.load_differences import list_load_differences
 from conrod.models.loops.search import order_of, search_settings
 from conrod.models.loops.settings import SEARCHED, after_compiling, mjcf_lines, python_lines, settings_edits
-from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, choose_points, motion_scales, track_motion
+from conrod.models.loops.tracking import MAX_SEARCHED_JOINTS, choose_points, motion_scales, moved_points, track_motion
 from conrod.report.drawing.moving_links import MovingLinks
 from conrod.scenes.space import MACHINES
 
@@ -64,11 +64,15 @@ MAX_SEARCHED_STEPS, FINEST = 50_000, -6
 LONGEST_TIMING = 0.5  # [s] of a pair of settings, where the CPU time is limited
 
 
-def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float = 1.0) -> LoopStudy:
+def study_loops(
+    path: Path, question: LoopRequest, name: str, step_factor: float = 1.0,
+    bears: Callable[[mujoco.MjModel], bool] = lambda model: True,
+) -> LoopStudy:  # fmt: skip
     """Judge the loops of a model file; call it in a separate process (`conrod.execution.local`).
 
     Args:
         step_factor: factor on the model's time step; differs from 1 by last bits alone, to measure rounding.
+        bears: whether the actuators of the model bear settings that hold its tolerance.
 
     Raises:
         InvalidInput: the model cannot be used, its drives are too few or too many, or its loops cannot be closed.
@@ -86,7 +90,7 @@ def study_loops(path: Path, question: LoopRequest, name: str, step_factor: float
             found = list(list_differences(tree_of(model, start), machine, inactive_closures(model)))
             against = f"; against {question.machine}: {'; '.join(found) or 'no difference is found'}"
         bench = _LoopBench.from_request(model, question, explained=bool(found or describe_closures(model)))
-        study = bench.study(str(path), name, machine)
+        study = replace(bench, bears=bears).study(str(path), name, machine)
         return replace(study, remarks=(*study.remarks, *left_out))
     except InvalidInput as error:
         words = append_causes(str(error).removeprefix(f"{path}: "), describe_closures(model))
@@ -100,7 +104,8 @@ class _LoopBench:
 
     Attributes:
         moved_start: as in `LoopStudy`.
-        begun: CPU time of the process when it was assembled [s].
+        begun: CPU time of the process before it was assembled [s].
+        bears: as in `study_loops`.
     """
 
     model: mujoco.MjModel
@@ -112,10 +117,11 @@ class _LoopBench:
     points: tuple[FoundPoint, ...]
     moved_start: str = ""
     begun: float = field(default_factory=time.process_time)
+    bears: Callable[[mujoco.MjModel], bool] = lambda model: True
 
     @classmethod
     def from_request(cls, model: mujoco.MjModel, question: LoopRequest, *, explained: bool = False) -> _LoopBench:
-        data, key = data_at_start(model, question.keyframe or OWN_POSE)
+        (data, key), begun = data_at_start(model, question.keyframe or OWN_POSE), time.process_time()
         tree = tree_of(model, data.qpos)
         if not tree.closures:
             off = inactive_words(model)
@@ -129,7 +135,7 @@ class _LoopBench:
         machine = DrivenTree(tree, laws, held)
         moved_start = track_motion(machine, seconds, start_words(model, key), explained)
         freedom, points = choose_points(model, machine, question)
-        return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start)
+        return cls(model, question, machine, data, seconds, freedom, points, moved_start=moved_start, begun=begun)
 
     @property
     def period(self) -> float:
@@ -179,17 +185,9 @@ class _LoopBench:
             self._compare_with_machine(machine, checked, travel),
             {label: self._run_as_shipped(travel, label) for label in LABELS[1:] if self._has_time()},
             self._open_start(), self.moved_start, self._closure_words(),
-            tuple(point.name for point in self.points), scales=scales, search=search, moved=self._moved_points(),
-            drawn=drawn,
+            tuple(point.name for point in self.points), scales=scales, search=search,
+            moved=moved_points(self.model, self.machine, self.freedom, self.question), drawn=drawn,
         )  # fmt: skip
-
-    def _moved_points(self) -> tuple[str, ...]:
-        """Names of points that loops move, if all requested points are rigid with driven or held bodies."""
-        if not self.question.points or any(point.name not in self.freedom.rigid for point in self.points):
-            return ()
-        asked = replace(self.question, points=())
-        others = judged_points(self.model, self.machine.tree, self.freedom, asked)
-        return tuple(one.name for one in others if one.name not in self.freedom.rigid)
 
     def _closure_words(self) -> str:
         """Describe closures, and the axis or anchor that makes them contradict each other, if they do."""
@@ -351,7 +349,10 @@ class _LoopBench:
 
         def run_at(name: str, step: float) -> tuple[LoopRun, ShippedRun]:
             model = apply_recipe(self.model, edits(name, step))
-            return self._record_model(name, model, travel)[0], self._run_shipped(model, travel)
+            run = self._record_model(name, model, travel)[0]
+            if run.is_within(allowed) and not self.bears(model):
+                run = replace(run, outcome=Outcome.UNSUPPORTED, reason="its actuators do not bear it")
+            return run, self._run_shipped(model, travel)
 
         def timing_of(name: str) -> PairedTiming:
             return self._time(apply_recipe(self.model, edits(name, own_step)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -114,6 +115,16 @@ def choose_points(
     machine.tree = with_telling_points(machine, telling)
     freedom = count_mobility(machine)
     return freedom, judged_points(model, machine.tree, freedom, question)
+
+
+def moved_points(
+    model: mujoco.MjModel, machine: DrivenTree, freedom: Mobility, question: LoopRequest
+) -> tuple[str, ...]:
+    """Names of points that loops move, if all requested points are rigid with driven or held bodies."""
+    if not question.points or any(name not in freedom.rigid for name in question.points):
+        return ()
+    others = judged_points(model, machine.tree, freedom, replace(question, points=()))
+    return tuple(one.name for one in others if one.name not in freedom.rigid)
 
 
 def motion_scales(points: Sequence[PointMotion]) -> dict[str, float]:
