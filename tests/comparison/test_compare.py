@@ -70,6 +70,13 @@ def test_compare_finds_no_error_in_exact_motion(name: str, stamps: tuple[float, 
     assert set(found.points) == set(scene.lengths)
 
 
+def test_comparison_is_shown_without_its_samples() -> None:
+    scene = EVERY_SCENE["saw-40rpm"]
+    found = repr(compare(synthetic_trajectory(scene), scene))
+    assert found.startswith("<Comparison of C, M: largest position ")
+    assert "array" not in found
+
+
 @pytest.mark.parametrize("name", EVERY_SCENE)
 def test_compare_measures_shift_by_one_step(name: str) -> None:
     scene = EVERY_SCENE[name]

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from described import FOUR_BAR, SLIDER_CRANK, shuffle_declarations, tables, with_entry
 
-from conrod import MuJoCoSettings
+from conrod import MuJoCoSettings, Saw
 from conrod.errors import InvalidInput
 from conrod.execution.run import RunCase
 from conrod.execution.tolerances import EXAMPLES
@@ -23,6 +23,15 @@ DOCS = Path(__file__).parents[2] / "docs" / "mechanism-files.md"
 EXAMPLE = re.findall(r"```toml\n(name = .*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)[0]
 PARAMETERS = '[parameters]\ncrank = "80 mm"\ncoupler = "250 mm"\n\n'
 PLAIN = EXAMPLE.replace(PARAMETERS, "").replace('"crank", 0]', '"80 mm", 0]').replace('"coupler", 0]', '"250 mm", 0]')
+
+
+def test_text_for_a_number_of_a_class_is_answered_with_scene() -> None:
+    said = "crank = '80 mm' is not a finite number of m; conrod.scene(NAME, ..) takes text with units"
+    with pytest.raises(InvalidInput, match=re.escape(said)):
+        Saw(crank="80 mm")  # type: ignore[arg-type]
+    # Negative control: a number that is none has no unit to blame.
+    with pytest.raises(InvalidInput, match=r"crank = nan is not a finite number$"):
+        Saw(crank=math.nan)
 
 
 @pytest.fixture

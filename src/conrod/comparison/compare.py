@@ -62,7 +62,7 @@ class ClosureErrors:
     acceleration: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
     """Errors of a trajectory against the exact motion."""
 
@@ -73,6 +73,11 @@ class Comparison:
     drive_speed: float  # largest |rate / omega - 1|
     drive_acceleration: float  # largest |angular acceleration| / omega^2
     links: Mapping[str, Mapping[str, Size]]  # by driven link and quantity of `ROTATIONS`, as in `link_errors`
+
+    def __repr__(self) -> str:
+        """Return the largest errors and the names of the points, without the thousands of samples."""
+        sizes = ", ".join(f"{name} {self.worst(name):.2g}" for name in PointErrors.__dataclass_fields__)
+        return f"<Comparison of {', '.join(self.points)}: largest {sizes}>"
 
     def worst(self, quantity: str, measure: str = "max") -> float:
         """The largest error of a quantity over all observed points; measure is max, rms or final.

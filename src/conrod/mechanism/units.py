@@ -205,8 +205,12 @@ class Parameter:
         """Refuse a value that is not a finite number within the range.
 
         Raises:
-            InvalidInput: names the parameter, its value and its range.
+            InvalidInput: names the parameter, its value and its range; of text, how to give it with its unit.
         """
+        if isinstance(value, str):
+            unit = f" of {unit_in_prose(self.unit)}" if self.unit else ""
+            given = f"{self.name} = {value!r} is not a finite number{unit}"
+            raise InvalidInput(f"{given}; conrod.scene(NAME, ..) takes text with units")
         check_number(self.name, value, -self.highest if self.magnitude else self.lowest, self.highest, self.unit)
         if self.magnitude and abs(value) < self.lowest:
             raise InvalidInput(
