@@ -232,7 +232,7 @@ class _LoopBench:
         at_own, others, recorded = list[LoopRun](), list[LoopRun](), dict[str, Array]()
         costs = self._costs()
         for label in LABELS:
-            made = {n: self._run(label, n, travel, recorded) for n in (1.0, *(1.0 / c for c in COARSER))}
+            made = {n: self._run(label, n, travel, recorded) for n in dict.fromkeys(1.0 / c for c in (1, *COARSER))}
             if (found := order_of(made)).claimed is None and found.plateau is None:
                 made |= {float(n): self._run(label, float(n), travel, recorded) for n in FINER}
                 found = order_of(made)
