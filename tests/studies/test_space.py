@@ -13,7 +13,7 @@ from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
 from conrod.execution.local import FailedCall, LocalProcesses, call_each
 from conrod.report.findings import Findings
-from conrod.studies.space.report import SPACE_REPORT, cheapest_run, finding
+from conrod.studies.space.report import SPACE_REPORT, cheapest_run, cheapest_words, finding
 from conrod.studies.space.results import SpatialResult, SpatialStudy, StepRun
 
 QUICK = ("--preset", "hardened", "--steps-per-rev", "60", "--revolutions", "1")
@@ -87,6 +87,16 @@ def test_cheapest_run_counts_the_cost_of_a_revolution() -> None:
     assert [one and one[1].revolution_cost for one in found] == [50.0, 300.0, None]
     assert cheapest_run(study, 1e-6, ["velocity"]) is not None
     assert cheapest_run(study, 1e-6, ["acceleration"]) is None
+
+
+def test_cheapest_of_costs_that_are_alike_is_the_most_accurate() -> None:
+    study = SpatialStudy("m", "M", {}, {}, (result("stock", run(100, 1e-4, 1.0)), result("tuned", run(100, 1e-6, 1.2))))
+    found = cheapest_run(study, 1e-3, ["position"])
+    assert found is not None
+    assert found[0].preset == "tuned"
+    said = cheapest_words([study, study])
+    assert said.startswith("Cheapest, of 2 machines, for position within 0.001: MuJoCo tuned on 2")
+    assert "position within 1e-9: none on 2" in said
 
 
 def test_finding_names_who_diverges_and_why() -> None:

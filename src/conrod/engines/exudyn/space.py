@@ -48,7 +48,7 @@ JOINT_TYPES = {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.Pr
 CLOSURES = ("connect", "weld")
 MOTION = ("Position", "Velocity", "Acceleration")  # of a sensor
 RATE_ROUNDING = 1e-12  # of the largest rate, by which a constant one may change
-SINGULAR_BALL = 0.05  # |cos| of a ball's middle angle, below which its three hinges are nearly singular
+SINGULAR_BALL = math.cos(math.radians(70.0))  # of a ball's second angle: beyond it its hinges are nearly singular
 
 
 def refusal_in_space(start: SpatialStart, preset: str) -> str | None:
@@ -165,7 +165,7 @@ def constant_rate(law: DriveLaw) -> float | None:
     """Rate [rad/s, m/s] of a drive that keeps it, or None; a law that holds has the rate 0."""
     if math.isinf(law.duration):
         return 0.0
-    rates = law.derivatives(np.linspace(0.0, law.duration, 9))[1]
+    rates = law.derivatives(np.linspace(0.0, 2.5 * law.duration, 21))[1]  # beyond its end, where some laws stop
     return float(rates[0]) if np.ptp(rates) <= RATE_ROUNDING * np.abs(rates).max() else None
 
 
@@ -294,10 +294,18 @@ class ExudynSpatialStepper(SolverStepper):
             self.made.system.systemData.SetODE2Coordinates_tt(accelerations, exudyn.ConfigurationType.Initial)
             self._call_solver("the start", self._solver.InitializeSolver)
 
+        self._balls = {j.name: chain.of_joint[j.name] for j in start.tree.joints if j.kind == "ball"}
+
     def __call__(self, steps: int) -> None:
+        before = self.failure
         super().__call__(steps)
         for offset in self.made.offsets:
             offset.before += steps
+        if self.failure and not before:
+            angles = self.made.system.systemData.GetODE2Coordinates()
+            for name, middle in self._balls.items():
+                if abs(math.cos(angles[middle])) < SINGULAR_BALL:
+                    self.failure += f"; the three hinges that the ball {name} is made of are nearly singular there"
 
 
 def run_in_space(start: SpatialStart, preset: str, steps: int, every: int = 1) -> SpatialRun:

@@ -334,7 +334,7 @@ def judge_loops(command: str, names: tuple[str, ...], asked: CheckOptions) -> No
     from conrod.user_files.files import check_readable, protected_model_files
 
     if others := [name for name in asked.engine if name != "mujoco"]:
-        raise InvalidInput(f"--engine {others[0]}: unsupported, it is planar; machines in space run in mujoco")
+        raise InvalidInput(f"--engine {others[0]}: unsupported, the loops of a model run in mujoco alone")
     refuse_others(asked, "--drive" if asked.drives or asked.scene else "a model without --scene", *OPTIONS_WITH_DRIVE)
     subjects = tuple(MACHINES) if SPATIAL in names else names
     parts, inputs = dict[str, str](), dict[str, Path]()

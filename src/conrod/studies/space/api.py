@@ -84,8 +84,8 @@ def validate_in_space(
         studies[name] = SpatialStudy(name, machine.title, dict(machine.drives), scales, judged)
     call = text_of_call(
         "validate_in_space",
-        list(chosen),
-        engines=engine_names_given(engines),
+        *([] if chosen == tuple(MACHINES) else [list(chosen)]),
+        engines=None if engine_names_given(engines) == (ALL_ENGINES,) else engine_names_given(engines),
         preset=preset,
         steps_per_rev=None if steps_per_rev == STEPS_PER_REV else steps_per_rev,
         revolutions=None if revolutions == REVOLUTIONS else revolutions,

@@ -30,7 +30,7 @@ def work_precision_figure(study: SpatialStudy) -> Figure:
         set_decades(axes, [errors for _, _, errors in curves])
         axes.set_ylabel(f"{quantity} error / {NORMS[quantity]}")
         for one, costs, errors in curves:
-            axes.plot(costs, errors, **{**preset_style(one.engine, one.preset), "marker": "o", "markersize": 3.0})
+            axes.plot(costs, errors, **preset_style(one.engine, one.preset))
     panels[0].set_title(f"{study.name}: {study.title}", loc="left", parse_math=False)
     panels[-1].set_xlabel("CPU time of a revolution, over that of the cheapest run")
     add_legend_above(figure, preset_handles((one.engine, one.preset) for one, _ in drawn), 3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -11,14 +12,15 @@ from conrod.comparison.trajectory import Outcome
 from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.figure import Figure
-from conrod.report.kind import Index, Kind
+from conrod.report.kind import Kind
 from conrod.report.results import engine_and_preset, join_in_sentence, verdict_words
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.space.results import LOOPS, SpatialResult, SpatialStudy, StepRun
 
 BARS = (1e-3, 1e-6, 1e-9)  # position errors over L, for which the cheapest runs are sought
-COMPARED = ("position", QUANTITIES)  # position alone, and all three quantities
+COMPARED = {"position": QUANTITIES[:1], "all three": QUANTITIES}  # of which the worst counts
+ALIKE_COSTS = 1.3  # ratio of two costs that timings on a busy machine may turn round
 MAX_NAMED = 3  # machines named in a sentence
 ERROR_COLUMNS = (*QUANTITIES, "loops open")
 ORDERS, COST, COST_RATIO = "order x, v, a", "a step [µs]", "cost of a step"
@@ -103,7 +105,9 @@ def _least_cost(study: SpatialStudy) -> float:
 def _cells(one: SpatialResult, unit: float) -> tuple[Cell, ...]:
     sizes = [numbers.measured_text(one.largest(name)) for name in (*QUANTITIES, LOOPS)]
     orders = ", ".join(numbers.order((one.order or {}).get(name)) for name in QUANTITIES) if one.order else ""
-    cost = numbers.MISSING if math.isnan(one.cost) else numbers.quantity(numbers.round_to_digits(one.cost / unit, 2))
+    cost = numbers.MISSING
+    if not math.isnan(one.cost):
+        cost = numbers.quantity(numbers.round_to_digits(one.cost / unit, 2 if unit == 1.0 else 1))
     words = verdict_words(one)
     if one.passed is None:
         return (*sizes, orders, cost, words if one.completed else ColouredCell(words, "odd"))
@@ -111,23 +115,42 @@ def _cells(one: SpatialResult, unit: float) -> tuple[Cell, ...]:
 
 
 def cheapest_run(study: SpatialStudy, bar: float, quantities: Sequence[str]) -> tuple[SpatialResult, StepRun] | None:
-    """The run with the least cost of a revolution whose errors are within a bar; None if none is."""
+    """The run with the least cost of a revolution whose errors are within a bar; None if none is.
+
+    Of runs whose costs differ by less than timings do, it is the most accurate.
+    """
     found = [
         (one, run)
         for one in study.results
         for run in one.runs
         if not math.isnan(run.cost) and run.worst(*quantities) <= bar
     ]
-    return min(found, key=lambda pair: pair[1].revolution_cost, default=None)
+    least = min((run.revolution_cost for _, run in found), default=math.inf)
+    alike = [pair for pair in found if pair[1].revolution_cost <= ALIKE_COSTS * least]
+    return min(alike, key=lambda pair: pair[1].worst(*quantities), default=None)
+
+
+def cheapest_words(studies: Sequence[SpatialStudy]) -> str:
+    """Say which presets are the cheapest, and on how many machines: by the position alone, and by all quantities."""
+    said = []
+    for what, quantities in COMPARED.items():
+        for bar in BARS:
+            found = Counter[str]()
+            for study in studies:
+                cheapest = cheapest_run(study, bar, quantities)
+                found["none" if cheapest is None else " ".join(engine_and_preset(cheapest[0]))] += 1
+            words = [f"{name} on {count}" for name, count in found.most_common()]
+            said.append(f"{what} within {numbers.quantity(bar)}: {join_in_sentence(words)}")
+    return f"Cheapest, of {len(studies)} machines, for {'; '.join(said)}."
 
 
 def cheapest_table(studies: Sequence[SpatialStudy]) -> Table:
     """Return for each machine the cheapest runs within some errors: of the position, and of all three quantities."""
-    headings = [f"{what} {numbers.quantity(bar)}" for what in ("position", "all three") for bar in BARS]
+    headings = [f"{what} {numbers.quantity(bar)}" for what in COMPARED for bar in BARS]
     rows = []
     for study in studies:
         cells = []
-        for quantities in (QUANTITIES[:1], QUANTITIES):
+        for quantities in COMPARED.values():
             for bar in BARS:
                 found = cheapest_run(study, bar, quantities)
                 words = numbers.MISSING
@@ -191,11 +214,6 @@ def headline(entries: Mapping[str, Mapping[str, Any]]) -> str:
     within = [f"{' '.join(name)} {numbers.measured_text(worst[name])}" for name in sorted(worst, key=worst.__getitem__)]
     said = f"Largest position errors over L on {len(entries)} machines in space"
     return f"{said}: {join_in_sentence(within)}." if within else ""
-
-
-def index_finding(index: Index[SpatialStudy]) -> str:
-    """The finding on all machines of a report."""
-    return finding(list(index.studies.values()))
 
 
 SPACE_REPORT = Kind(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import ClassVar, Self
 
 from conrod.comparison.convergence import PAIR_TOLERANCE
@@ -91,18 +92,22 @@ class SpatialResult(JudgedResult):
 
 
 def observed_orders(runs: tuple[StepRun, ...]) -> dict[str, float | None]:
-    """Orders of the errors by quantity, from the last two runs; None where they are rounding, or do not fall."""
-    if len(runs) < 2:
-        return {}
-    coarse, fine = runs[-2:]
-    if coarse.errors is None or fine.errors is None:
-        return dict.fromkeys(QUANTITIES)
-    refined, found = math.log(fine.steps_per_rev / coarse.steps_per_rev), dict[str, float | None]()
-    for name in QUANTITIES:
-        before, after = coarse.errors[name], fine.errors[name]
-        order = math.log(before / after) / refined if before > MIN_ORDER_ERROR else 0.0
-        found[name] = order if order > PAIR_TOLERANCE else None
-    return found
+    """Orders of the errors by quantity, from the last two runs of which the first is off by more than rounding.
+
+    None where there are not two, or the error does not fall from the one to the other.
+    """
+    return {name: _observed_order(runs, name) for name in QUANTITIES} if len(runs) > 1 else {}
+
+
+def _observed_order(runs: tuple[StepRun, ...], quantity: str) -> float | None:
+    for coarse, fine in reversed([*pairwise(runs)]):
+        if coarse.errors is None or fine.errors is None:
+            return None
+        if coarse.errors[quantity] > MIN_ORDER_ERROR:
+            falls = math.log(coarse.errors[quantity] / max(fine.errors[quantity], MIN_ORDER_ERROR**2))
+            order = falls / math.log(fine.steps_per_rev / coarse.steps_per_rev)
+            return order if order > PAIR_TOLERANCE else None
+    return None
 
 
 @dataclass(frozen=True)
