@@ -113,7 +113,7 @@ def _recommendation_lines(found: Recommendation, allowed: Tolerances) -> Iterato
     yield f"  largest errors: {_errors_with_limits(choice, allowed)}; margin {found.margin:.2g}"
     yield (
         f"  cost: {1e3 * timing.seconds_per_revolution:.3g} ms of CPU time a revolution on this machine, as much as "
-        f"{timing.ratio:.3g} steps of the engine's reference loop"
+        f"{float(f'{timing.ratio:.3g}'):g} steps of the engine's reference loop"
     )
     confirmed = [
         f"{one.change} {_error_list(_error_texts(one, allowed, choice.case.scene))}" for one in found.confirmations
