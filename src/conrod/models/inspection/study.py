@@ -32,7 +32,7 @@ from conrod.models.lint.linting import judge_rules, prepare_bench
 from conrod.models.loops.study import study_loops
 from conrod.report.drawing.moving_links import MovingLinks
 
-CPU_TIME = 12.0  # [s] of the runs along its exact motion, after which no further one is made
+CPU_TIME = 9.0  # [s] of the runs along its exact motion, after which no further one is made
 RUN_TIME, TRIED_STEPS = 0.5, 40  # CPU time [s] of a run that lint repeats, and steps by which it is estimated
 SILENT_RESET = "silent-reset"  # a rule of lint: of nearly every file, and of no consequence while nothing diverges
 
