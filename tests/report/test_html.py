@@ -22,7 +22,7 @@ from conrod.report.html.page import html_report, image_html
 
 REPORTS = Path(__file__).parents[2] / "reports"
 # Kinds of reports that are committed, by a folder of each.
-FOLDERS = ("limits", "sweep", "space")
+FOLDERS = ("limits", "sweep", "space/loops.json", "space/space.json")  # of several reports in one the file is named
 RIGHT_TO_LEFT = "\U0001f529 \u05e9\u05dc\u05d5\u05dd"
 HOSTILE = (
     f"</script><script>a()</script> \"'><img src=x onerror=a()> {RIGHT_TO_LEFT} [a](http://e) ![b](http://e/b.png)"
@@ -34,8 +34,9 @@ def place(**given: Any) -> Place:
 
 
 def small_copy(folder: Path, source: Path = REPORTS) -> Path:
-    """A report of the first part of another."""
-    (results,) = source.glob("*.json")
+    """A report of the first part of another, which is a folder or the file of its results."""
+    (results,) = [source] if source.suffix == ".json" else source.glob("*.json")
+    source = results.parent
     document = json.loads(results.read_text())
     name, entry = next(iter(document["parts"].items()))
     (folder / "data").mkdir(parents=True)
