@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -23,13 +24,16 @@ def test_validate_judges_engines_in_space(tmp_path: Path) -> None:
     asked = ("--engine", "mujoco", *QUICK, "--tolerance", "position=1e-3L", "--out", str(tmp_path / "report"))
     found = conrod("validate", "cardan", *asked)
     assert found.returncode == 0, found.stderr
-    assert found.stdout.startswith("On cardan the largest position errors over L are: MuJoCo hardened")
+    assert found.stdout.startswith(
+        "Within tolerance: MuJoCo hardened. On cardan the largest position errors over L are: MuJoCo hardened"
+    )
     assert "within tolerance" in found.stdout
     page = (tmp_path / "report" / "cardan-space.md").read_text(encoding="utf-8")
     assert "Reproduced by `conrod validate cardan " in page
     tight = conrod("validate", "cardan", "--engine", "mujoco", *QUICK, "--tolerance", "position=1e-9L")
     assert tight.returncode == 1
-    assert "OUT OF TOLERANCE: position" in tight.stdout
+    assert re.search(r"OUT OF TOLERANCE: position [\d.e-]+ \([\d.e-]+ mm\) > 1\.0e-9", tight.stdout)
+    assert tight.stdout.startswith("Within tolerance: none. On cardan")
 
 
 @pytest.mark.parametrize(

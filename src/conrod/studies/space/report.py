@@ -13,7 +13,7 @@ from conrod.exact.motion import QUANTITIES
 from conrod.report import numbers
 from conrod.report.figure import Figure
 from conrod.report.kind import Kind
-from conrod.report.results import engine_and_preset, join_in_sentence, verdict_words
+from conrod.report.results import engine_and_preset, exceeded_words, join_in_sentence, verdict_words
 from conrod.report.table import VERDICT, Cell, ColouredCell, Table, table
 from conrod.report.terminal import PrintedPart
 from conrod.studies.space.results import LOOPS, SpatialResult, SpatialStudy, StepRun
@@ -30,18 +30,19 @@ TITLE = "largest errors at the same times, over L, the largest speed and the lar
 
 
 def finding(studies: Sequence[SpatialStudy]) -> str:
-    """Say which engines stay within what, and who ends early where, and why."""
+    """Say which engines stay within what, and who ends early where, and why; what is within a tolerance first."""
     by_preset = dict[tuple[str, str], list[SpatialResult]]()
     for study in studies:
         for one in study.results:
             by_preset.setdefault(engine_and_preset(one), []).append(one)
     done = {name: [one for one in found if one.completed] for name, found in by_preset.items()}
     worst = {name: _worst(found, "position") for name, found in done.items() if found}
+    judged = _tolerance_sentence(by_preset)
     if not worst:
-        return f"No run came to its end. {_failure_sentence(by_preset)}"
+        return f"{judged}No run came to its end. {_failure_sentence(by_preset)}"
     sizes = [f"{' '.join(name)} {numbers.measured_text(worst[name])}" for name in sorted(worst, key=worst.__getitem__)]
     where = studies[0].name if len(studies) == 1 else f"{len(studies)} machines in space"
-    said = [f"On {where} the largest position errors over L are: {', '.join(sizes)}."]
+    said = [f"{judged}On {where} the largest position errors over L are: {', '.join(sizes)}."]
     if failed := _failure_sentence(by_preset):
         said.append(failed)
     whole = {name: _worst(found, "acceleration") for name, found in done.items() if len(found) == len(studies)}
@@ -50,6 +51,27 @@ def finding(studies: Sequence[SpatialStudy]) -> str:
         best, last = (f"{' '.join(name)} ({numbers.measured_text(whole[name])})" for name in (by_size[0], by_size[-1]))
         said.append(f"Accelerations are best in {best}, worst in {last}.")
     return " ".join(said)
+
+
+def _tolerance_sentence(by_preset: Mapping[tuple[str, str], Sequence[SpatialResult]]) -> str:
+    """Say which presets are within tolerance on all machines, and a space; empty if nothing was judged."""
+    if all(one.passed is None for found in by_preset.values() for one in found):
+        return ""
+    within = [" ".join(name) for name, found in by_preset.items() if all(one.passed for one in found)]
+    where = "" if all(len(found) == 1 for found in by_preset.values()) else " on all machines"
+    return f"Within tolerance{where}: {join_in_sentence(within) if within else 'none'}. "
+
+
+def result_words(one: SpatialResult, scales: Mapping[str, float]) -> str:
+    """The verdict on a result in words, with the sizes of what is out of tolerance.
+
+    Args:
+        scales: as in `SpatialStudy`.
+    """
+    if not one.completed or one.passed is not False:
+        return verdict_words(one)
+    sizes = {**scales, LOOPS: scales["position"]} if scales else {}
+    return "OUT OF TOLERANCE: " + "; ".join(exceeded_words(one.out_of_tolerance(), scales=sizes))
 
 
 def _worst(found: Sequence[SpatialResult], quantity: str) -> float:
@@ -75,7 +97,9 @@ def _failure_sentence(by_preset: Mapping[tuple[str, str], Sequence[SpatialResult
 def verdict(study: SpatialStudy) -> str:
     """Say how far off the engines are on one machine, and which quantities are out of tolerance."""
     failed = [
-        f"{' '.join(engine_and_preset(one))}: {verdict_words(one)}" for one in study.results if one.passed is False
+        f"{' '.join(engine_and_preset(one))}: {result_words(one, study.scales)}"
+        for one in study.results
+        if one.passed is False
     ]
     return f"{study.name}: {'; '.join(failed) or finding([study])}"
 
@@ -90,7 +114,7 @@ def verdicts_table(studies: Sequence[SpatialStudy], *, ratios: bool = False) -> 
         ratios: whether costs are over the least of the machine, as other computers find them, too; or in µs.
     """
     rows = [
-        (study.name, *engine_and_preset(one), *_cells(one, _least_cost(study) if ratios else 1.0))
+        (study.name, *engine_and_preset(one), *_cells(one, study.scales, _least_cost(study) if ratios else 1.0))
         for study in studies
         for one in study.results
     ]
@@ -102,13 +126,13 @@ def _least_cost(study: SpatialStudy) -> float:
     return min((one.cost for one in study.results if not math.isnan(one.cost)), default=1.0)
 
 
-def _cells(one: SpatialResult, unit: float) -> tuple[Cell, ...]:
+def _cells(one: SpatialResult, scales: Mapping[str, float], unit: float) -> tuple[Cell, ...]:
     sizes = [numbers.measured_text(one.largest(name)) for name in (*QUANTITIES, LOOPS)]
     orders = ", ".join(numbers.order((one.order or {}).get(name)) for name in QUANTITIES) if one.order else ""
     cost = numbers.MISSING
     if not math.isnan(one.cost):
         cost = numbers.quantity(numbers.round_to_digits(one.cost / unit, 2 if unit == 1.0 else 1))
-    words = verdict_words(one)
+    words = result_words(one, scales)
     if one.passed is None:
         return (*sizes, orders, cost, words if one.completed else ColouredCell(words, "odd"))
     return (*sizes, orders, cost, ColouredCell(words, "good" if one.passed else "bad"))
