@@ -144,7 +144,7 @@ def test_energy_that_a_step_adds_is_named_with_a_finer_step() -> None:
         assert not less.grows
 
 
-def test_energy_that_breaks_off_at_a_step_only_grows_at_finer_ones() -> None:
+def test_energy_that_breaks_off_only_grows_at_finer_steps() -> None:
     found = FreeEnergy(0.002, "implicitfast", 4.0, None, "not finite (BADQACC) at 2.2 s", rk4=2.5e-4)
     assert found.grows
     assert found.words == (
