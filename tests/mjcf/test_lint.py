@@ -294,7 +294,7 @@ def test_what_needs_no_other_file_is_fixed_anywhere(tmp_path: Path) -> None:
 # -- what a user gets wrong ------------------------------------------------------------------------------------------
 
 BAD: list[tuple[str, dict[str, Any], str]] = [
-    ("nothing", {}, "MuJoCo cannot load it"),
+    ("nothing", {}, "it is no XML: syntax error"),
     ("<mujoco></mujoco>", {}, "nothing in the model can move"),
     ('<robot name="r"><link name="a"><inertial><mass value="1"/></inertial></link></robot>', {}, "is no MJCF|load"),
     (SAW, {"keyframe": "begin"}, "unknown keyframe 'begin': choose from qpos0, start"),
