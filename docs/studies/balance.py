@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from conrod.exact.dynamics.inverse import joint_forces
-from conrod.exact.motion import Instants
 from conrod.exact.kinematics import Kinematics
+from conrod.exact.motion import Instants
 from conrod.scenes import scene_named
 
 saw = scene_named("saw-coasting")  # or read_scene(Path("my_saw.toml"))

@@ -9,11 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from conrod.comparison.trajectory import Piece, Track
-from conrod.exact.motion import Instants
 from conrod.engines import engine_named
 from conrod.engines.capabilities import MissingCapability, SettingsVariations, capability
 from conrod.engines.engine import run_extent
-from conrod.exact.motion import Array
+from conrod.exact.motion import Array, Instants
 from conrod.studies.detection.defects import (
     MASS_DEFECT,
     MOTION_DEFECTS,

@@ -20,8 +20,8 @@ from conrod.execution.files import folder_to_write
 from conrod.execution.writing import write_together
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
 from conrod.models.loops.api import check_model_loops
-from conrod.models.loops.words import shipped_words
 from conrod.models.loops.report import LOOPS_REPORT
+from conrod.models.loops.words import shipped_words
 from conrod.report.kind import SCENE, Reproduction
 from conrod.report.numbers import measured_text, quantity
 from conrod.report.table import Table, table
