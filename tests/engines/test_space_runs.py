@@ -13,7 +13,10 @@ import pytest
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import installed_extras
 from conrod.engines.mujoco import space as mujoco_space
+from conrod.engines.space import SpatialStart, widest_gaps
 from conrod.exact.motion import Array
+from conrod.exact.space import SpatialPoint
+from conrod.exact.space.forward_kinematics import rotation_matrices
 from conrod.exact.space.motion import DrivenTree
 from conrod.mjcf.driven_runs import with_settings
 from conrod.mjcf.driving import driven_run, site_points
@@ -214,3 +217,45 @@ def test_tree_of_links_is_that_of_the_exported_model(name: str) -> None:
             assert end.body == written_end.body
             assert np.abs(end.offset - written_end.offset).max() < 1e-14
     assert all(np.abs(own.points[one].offset - filed.points[one].offset).max() < 1e-14 for one in own.points)
+
+
+def with_turned_frame(start: SpatialStart, name: str, turn: Array, weld: bool = True) -> SpatialStart:
+    """Turn the frame of a body by a rotation (3, 3), and say the same machine in it; or forget it in the weld."""
+    tree, number = start.tree, next(k for k, body in enumerate(start.tree.bodies) if body.name == name)
+
+    def moved(point: SpatialPoint) -> SpatialPoint:
+        return replace(point, offset=turn.T @ point.offset) if point.body == number else point
+
+    bodies = list(tree.bodies)
+    own = bodies[number]
+    joints = tuple(replace(one, axis=turn.T @ one.axis, anchor=turn.T @ one.anchor) for one in own.joints)
+    about = {"centre": turn.T @ own.centre, "inertia": turn.T @ own.inertia @ turn}
+    bodies[number] = replace(own, turn=own.turn @ turn, joints=joints, **about)
+    assert all(one.points[1].body == number for one in tree.closures)
+    held = turn if weld else np.eye(3)
+    closures = tuple(
+        replace(one, points=tuple(map(moved, one.points)), turn=np.asarray(one.turn) @ held) for one in tree.closures
+    )
+    points = {point: moved(place) for point, place in start.points.items()}
+    other = replace(tree, bodies=tuple(bodies), closures=closures)
+    return replace(start, machine=DrivenTree(other, start.machine.laws), points=points)
+
+
+@pytest.mark.parametrize("engine", ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN)])
+def test_weld_of_frames_that_are_turned_holds_the_same(engine: str) -> None:
+    bench = prepare_bench("tilted-slider-crank")
+    # All points of the closed form lie where the weld's rotation does not show: one more, aside of them.
+    aside = SpatialPoint(bench.start.points["closure 0 arm 0 end 2"].body, np.array([0.05, 0.02, 0.1]))
+    start = replace(bench.start, step=bench.start.period / 100, points={**bench.start.points, "aside": aside})
+    turn = rotation_matrices(np.array([[0.5], [0.1], [-0.7], [0.5]]))[:, :, 0]
+    runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
+    preset = "hardened" if engine == "mujoco" else "stock"
+    plain, turned = (runs.run_in_space(one, preset, 50) for one in (start, with_turned_frame(start, "rod_end", turn)))
+    for name in plain.points:
+        assert np.abs(plain.points[name][0] - turned.points[name][0]).max() < 1e-9
+    forgotten = runs.run_in_space(with_turned_frame(start, "rod_end", turn, weld=False), preset, 50)
+    apart = [np.abs(plain.points[name][0][: len(one[0])] - one[0]).max() for name, one in forgotten.points.items()]
+    assert forgotten.failure or max(apart) > 1e-3
+    gaps = [widest_gaps(start.tree, run)["rod_weld"] for run in (turned, forgotten)]
+    assert gaps[0] < 1e-6
+    assert forgotten.failure or gaps[1] > 1e-3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,13 +51,11 @@ class SpatialRun:
         times: (T,) [s]; fewer than were asked for where the run broke off.
         points: position, velocity and acceleration (3, T, 3) of each observed point, by name.
         failure: why the run broke off, in the engine's words; empty if it came to its end.
-        reset: whether the engine put the state back by itself.
     """
 
     times: Array
     points: Mapping[str, Array]
     failure: str = ""
-    reset: bool = False
 
 
 def exact_start(tree: SpatialTree, laws: Mapping[str, DriveLaw], names: Iterable[str]) -> SpatialStart:
@@ -71,17 +69,36 @@ def exact_start(tree: SpatialTree, laws: Mapping[str, DriveLaw], names: Iterable
     driven = DrivenTree(tree, {joint.name: laws[joint.name] for joint in tree.joints if joint.name in laws})
     driven.track_branch(driven.assemble_start(), START_SHARE * period)
     points = {name: tree.points[name] for name in names}
-    for k, closure in enumerate(tree.closures):
-        points |= zip(_end_names(k), closure.points, strict=True)
+    points |= {name: end for ends in _closure_ends(tree).values() for pair in ends for name, end in pair}
     return SpatialStart(driven, driven.motion(np.zeros(1)), points, period, period, bool(count_mobility(driven).idle))
 
 
 def widest_gaps(tree: SpatialTree, run: SpatialRun) -> dict[str, float]:
-    """Largest distance [m] between the two ends of each closure, by its name; they coincide in a closed loop."""
-    ends = ((run.points[name][0] for name in _end_names(k)) for k in range(len(tree.closures)))
-    apart = (float(np.linalg.norm(one - other, axis=1).max(initial=0.0)) for one, other in ends)
-    return dict(zip((closure.name for closure in tree.closures), apart, strict=True))
+    """Largest distance [m] between the two ends of each closure, by its name; they coincide in a closed loop.
+
+    A weld has further ends at arms as long as the tree's extent, which show its rotation.
+    """
+    return {
+        closure: max(
+            float(np.linalg.norm(run.points[one][0] - run.points[other][0], axis=1).max(initial=0.0))
+            for (one, _), (other, _) in ends
+        )
+        for closure, ends in _closure_ends(tree).items()
+    }
 
 
-def _end_names(closure: int) -> tuple[str, str]:
-    return f"closure {closure} end 1", f"closure {closure} end 2"
+def _closure_ends(tree: SpatialTree) -> dict[str, list[tuple[tuple[str, SpatialPoint], tuple[str, SpatialPoint]]]]:
+    """Pairs of points that coincide while a closure is closed, each with a name, by the closure's name."""
+    found = {}
+    for k, closure in enumerate(tree.closures):
+        turns = (np.eye(3) if closure.turn is None else closure.turn, np.eye(3))
+        arms = np.zeros((1, 3)) if closure.turn is None else tree.extent * np.vstack([np.zeros(3), np.eye(3)])
+        ends = [
+            [
+                (f"closure {k} arm {j} end {m}", replace(point, offset=point.offset + turn @ arm))
+                for j, arm in enumerate(arms)
+            ]
+            for m, (point, turn) in enumerate(zip(closure.points, turns, strict=True), 1)
+        ]
+        found[closure.name] = list(zip(*ends, strict=True))
+    return found

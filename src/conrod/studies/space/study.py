@@ -72,8 +72,7 @@ def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[
     gaps = widest_gaps(bench.start.tree, run)
     gap = max(gaps.values(), default=0.0) / length
     if run.failure:
-        outcome = Outcome.RESET if run.reset else Outcome.DIVERGED
-        return StepRun(steps, outcome.slug, run.failure, gap=gap)
+        return StepRun(steps, Outcome.DIVERGED.slug, run.failure, gap=gap)
     exact = exact_points(bench.machine, run.times)
     off = np.array([np.linalg.norm(run.points[name] - exact[name], axis=2).max(axis=1) for name in exact]).max(axis=0)
     errors = {name: float(size) / scales[name] for name, size in zip(QUANTITIES, off, strict=True)}
