@@ -6,6 +6,7 @@ import json
 import math
 import os
 import random
+import re
 import shutil
 import signal
 import sqlite3
@@ -468,7 +469,7 @@ def test_what_the_ledger_has_is_not_run_again_unless_asked_for(
     assert judged(tmp_path, verb, asked, "--tolerance", tight)[::2] == (kept, 1)
     assert judged(tmp_path, verb, asked) == (kept, first, status)
     # Negative control: what is not the same run is run.
-    said, found, _ = judged(tmp_path, verb, asked, *other.split())
+    said, found, _ = judged(tmp_path, verb, re.sub(rf"{other.split(maxsplit=1)[0]} \S+", other, asked))
     assert not said.startswith("runs: 0 to do")
     assert found != first
 
