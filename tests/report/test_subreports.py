@@ -34,6 +34,12 @@ def test_first_page_of_reports_has_todays_findings() -> None:
     assert [one.line for one in found if f"- {one.line}\n" not in index_of(REPORTS)] == []
 
 
+def test_both_reports_of_a_folder_are_linked() -> None:
+    pages = [one.page for one in subreports(REPORTS) if one.name == "space"]
+    assert pages == ["space/loops.md", "space/space.md"]
+    assert all(f"({page})" in index_of(REPORTS) for page in pages)
+
+
 def test_page_of_the_press_links_its_printed_table() -> None:
     page = (REPORTS / "shear-press.md").read_text(encoding="utf-8")
     assert "(audit/shear-press.md)" in page

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -57,18 +57,21 @@ def subreports(folder: Path) -> list[SubReport]:
     if not is_folder(folder):
         return []
     below = sorted(one for one in folder.iterdir() if one.name not in SUBFOLDERS and is_folder(one))
-    return [found for one in below if (found := _subreport(one)) is not None]
+    return [found for one in below for found in _reports_of(one)]
 
 
-def _subreport(folder: Path) -> SubReport | None:
-    """Return the report in a folder; None for a folder without a report."""
+def _reports_of(folder: Path) -> Iterator[SubReport]:
+    """Yield the reports in a folder, each with a first page of its own."""
     documents = [found for file in sorted(folder.glob("*.json")) if (found := _document(file)) is not None]
+    seen = set[str]()
     for document in documents:
         kind = kind_named(document["kind"]) if document["kind"] in KINDS else None
         first = FIRST_PAGE if (folder / FIRST_PAGE).is_file() else kind.index_file if kind else FIRST_PAGE
         try:
             text = (folder / first).read_text(encoding="utf-8")
         except (OSError, ValueError):
+            continue
+        if first in seen:
             continue
         states = kind.headline if kind and kind.index_file == first else None
         try:
@@ -78,8 +81,8 @@ def _subreport(folder: Path) -> SubReport | None:
             continue
         parts = {name: f"{folder.name}/{page}" for name, page in pages.items() if REPORT_FILE_NAME.fullmatch(page)}
         title = HEADING.search(text)
-        return SubReport(folder.name, f"{folder.name}/{first}", title[1] if title else folder.name, finding, parts)
-    return None
+        seen.add(first)
+        yield SubReport(folder.name, f"{folder.name}/{first}", title[1] if title else folder.name, finding, parts)
 
 
 def _document(file: Path) -> dict[str, Any] | None:

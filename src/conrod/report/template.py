@@ -59,6 +59,16 @@ def capitalise(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
+def first_sentence(text: str) -> str:
+    """Return a text up to its first full stop before a blank: what a page states in bold."""
+    return f"{text.partition('. ')[0].removesuffix('.')}."
+
+
+def after_first_sentence(text: str) -> str:
+    """Return the rest of a text whose first sentence stands apart; empty if it has no more."""
+    return text.partition(". ")[2]
+
+
 def join_words(words: Sequence[str]) -> str:
     """Join words into a list in a sentence: `a, b and c`."""
     return words[0] if len(words) == 1 else ", ".join(words[:-1]) + " and " + words[-1]
@@ -103,6 +113,8 @@ FILTERS = {
     "file_name": lambda path: PurePath(path).name,
     "bullets": bullets,
     "capitalise": capitalise,
+    "first_sentence": first_sentence,
+    "after_first_sentence": after_first_sentence,
     "verbatim": verbatim,
 }
 
