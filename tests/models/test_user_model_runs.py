@@ -11,7 +11,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
-from command_line import conrod
+from command_line import conrod, refusal
 from own_model_edits import FILES, HACKSAW, POINTS, ROD_END, TEXTS, judge_text, question, replace_once, replace_settings
 
 from conrod import MuJoCoSettings, compare, run
@@ -319,6 +319,13 @@ def test_a_users_model_is_judged_reported_and_left_as_it_is(tmp_path: Path) -> N
     assert set(part["findings"]["runs"]) == {"as it is", "tuned", "hardened"}
     assert json.loads((out / "data/my saw.json").read_text()) == part["findings"]
     assert "crank zero at 90 deg" in (out / "README.md").read_text()  # with all digits, as on the console
+
+
+@pytest.mark.usefixtures("at_once")
+def test_axis_that_is_no_number_is_refused_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "saw.xml"
+    file.write_text(replace_once(HACKSAW.read_text(), 'axis="0 1 0"', 'axis="nan 1 0"'))
+    assert refusal("check", str(file), *ASKED) == f"conrod: {file}: jnt_axis is not finite"
 
 
 @pytest.mark.usefixtures("at_once")

@@ -7,11 +7,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
+from numpy.linalg import LinAlgError
 
 from conrod.errors import InvalidInput
 from conrod.exact.space.motion import NO_FURTHER
 from conrod.mjcf.anchors import apart_words
 from conrod.mjcf.equalities import handle_indices, handle_words, inactive_words
+from conrod.mjcf.loading import check_finite
 from conrod.mjcf.missing_files import load_with_notes
 
 
@@ -45,6 +47,9 @@ def add_causes_to_errors(
     except InvalidInput as error:
         try:
             model, _ = load_with_notes(path, unit)
-        except InvalidInput:  # what cannot be loaded says so itself
+            check_finite(model)
+            causes = [describe_closures(model), *more(model)]
+        # What cannot be loaded, or has numbers that are none or too large to compute with, says so itself.
+        except (InvalidInput, LinAlgError):
             raise error from None
-        raise InvalidInput(append_causes(str(error), describe_closures(model), *more(model))) from None
+        raise InvalidInput(append_causes(str(error), *causes)) from None

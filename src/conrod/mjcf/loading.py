@@ -31,9 +31,9 @@ def check_finite(model: mujoco.MjModel) -> None:
     check_number("timestep", float(model.opt.timestep), *TIMESTEP_RANGE, "s")
     if not np.all(np.isfinite(model.opt.gravity)):
         raise InvalidInput("gravity is not finite")
-    # Places first: what the compiler makes of them is as little a number.
+    # Places and axes first: what the compiler makes of them is as little a number.
     for field in sorted(
-        (name for name in dir(model) if not name.startswith("_")), key=lambda n: not n.endswith("_pos")
+        (name for name in dir(model) if not name.startswith("_")), key=lambda n: not n.endswith(("_pos", "_axis"))
     ):
         values = getattr(model, field)
         if isinstance(values, np.ndarray) and values.dtype.kind == "f" and not np.all(np.isfinite(values)):
