@@ -80,7 +80,7 @@ def test_recipe_lines_load_the_file_and_name_when_to_repeat() -> None:
     lines = recipes.python_lines((Edit("enableflags", 0),), Path("/models/arm's.xml"))
     assert lines == (
         'import mujoco\n\nmodel = mujoco.MjModel.from_xml_path("/models/arm\'s.xml")\n'
-        "# after mj_setConst, which makes these anew: again\nmodel.opt.enableflags = 0\n"
+        "# again, after mj_setConst has computed these anew:\nmodel.opt.enableflags = 0\n"
     )
     assert "from_binary_path('/models/arm.MJB')" in recipes.python_lines((), Path("/models/arm.MJB"))
 

@@ -258,7 +258,7 @@ def test_pasted_lines_make_the_settings_that_were_measured(name: str, active: st
 
 OPTION = '<option timestep="0.001" integrator="RK4" solver="Newton" iterations="100" tolerance="1e-30"/>'
 CLOSURES = '<default><equality solref="{} 1" solimp="0.9999 0.9999 0.001 0.5 2"/></default>'
-WEIGHTS = """# after mj_setConst, which makes these anew: again
+WEIGHTS = """# again, after mj_setConst has computed these anew:
 model.body_invweight0[[3, 4]] *= {}  # coupler, rocker"""
 
 

@@ -53,7 +53,7 @@ def python_lines(recipe: Recipe, path: Path) -> str:
     """The recipe as lines of Python, with the absolute path of the file."""
     reader = "from_binary_path" if path.suffix.lower() == ".mjb" else "from_xml_path"
     head = ("import mujoco", "", f"model = mujoco.MjModel.{reader}({str(path)!r})")
-    again = "# after mj_setConst, which makes these anew: again"
+    again = "# again, after mj_setConst has computed these anew:"
     return "\n".join([*head, again, *(edit.line for edit in recipe)]) + "\n"
 
 

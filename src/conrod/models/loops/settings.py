@@ -34,7 +34,7 @@ SEARCHED = {
 }
 # Time constant of closures, in steps, for integrators of order 1: the least that MuJoCo admits closes loops best.
 FIRST_ORDER_TIME_CONSTANT = 2.0
-AGAIN = "# after mj_setConst, which makes these anew: again"
+AGAIN = "# again, after mj_setConst has computed these anew:"
 
 
 def settings_edits(model: mujoco.MjModel, name: str, step: float, period: float, *, idle: bool) -> Recipe:
