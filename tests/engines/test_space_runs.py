@@ -64,8 +64,10 @@ def test_exudyn_has_exact_positions_in_space(name: str) -> None:
 def test_hardened_mujoco_is_of_order_four_in_space(name: str) -> None:
     found = ran(name, "mujoco", "hardened", 100, 200)
     assert found.outcome == Outcome.COMPLETED.slug, found.reason
+    # MuJoCo 3.8.0 leaves the hardened loop beside an idle spin softer: docs/versions.md, "Older releases".
+    softer = name == "rssr-idle-spin" and int(mujoco.__version__.split(".")[0]) < 4
     for quantity, order in (found.order or {}).items():
-        assert order == pytest.approx(4.0, abs=0.25), quantity
+        assert order == pytest.approx(2.0 if softer else 4.0, abs=0.25), quantity
 
 
 @NEEDS_EXUDYN
