@@ -173,8 +173,10 @@ def redundant_closure(bench: LintBench) -> Iterator[Finding]:
         close_loops(
             model, data, CLOSING_TOLERANCE * bench.size
         )  # or as nearly as loops that contradict each other can be
-        if np.isfinite(data.qpos).all():
-            looks.append((row_equalities(data), equality_jacobian(model, data)))
+        if not np.isfinite(data.qpos).all():
+            continue
+        if np.isfinite(rows := equality_jacobian(model, data)).all():
+            looks.append((row_equalities(data), rows))
     # Rows of one closure may repeat each other, as across the plane in which all moves: they are counted once.
     spare = [sum(_rank(rows, ids == k) for k in {*ids.tolist()}) - _rank(rows) for ids, rows in looks]
     if (redundant := min(spare, default=0)) <= 0:
