@@ -8,7 +8,7 @@ import signal
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -293,9 +293,14 @@ def __getattr__(name: str) -> Any:
 
 def install_in(folder: Path) -> Path:
     """Install a distribution with all these engines into a folder for `sys.path`."""
-    info = folder / "misbehaving_engines-1.0.dist-info"
+    return install_engines(folder, "misbehaving_engines", ENGINES)
+
+
+def install_engines(folder: Path, module: str, names: Iterable[str]) -> Path:
+    """Install a distribution with the engines that a module has by `ENGINE_name` into a folder for `sys.path`."""
+    info = folder / f"{module}-1.0.dist-info"
     info.mkdir(parents=True)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: misbehaving-engines\nVersion: 1.0\n")
-    points = "".join(f"{name} = misbehaving_engines:ENGINE_{name.replace('-', '_')}\n" for name in ENGINES)
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module.replace('_', '-')}\nVersion: 1.0\n")
+    points = "".join(f"{name} = {module}:ENGINE_{name.replace('-', '_')}\n" for name in names)
     (info / "entry_points.txt").write_text(f"[conrod.engines]\n{points}")
     return folder

@@ -13,10 +13,11 @@ import numpy as np
 
 from conrod.comparison.trajectory import Piece, Settings
 from conrod.engines import plugin_values
-from conrod.engines.capabilities import CAPABILITY_TITLES, ExpectedError, KinematicResult, SpatialRuns
+from conrod.engines.capabilities import CAPABILITY_TITLES, ExpectedError, KinematicResult
 from conrod.engines.engine import DEFAULT_LINE, PIECE_STEPS, LineStyle, Machine, Preset, with_fields
 from conrod.engines.plugin import PluginDescription, PluginEngine, PluginSettings
 from conrod.engines.plugin_pieces import PieceChecker
+from conrod.engines.plugin_space import check_spatial_run
 from conrod.engines.plugin_values import (
     EngineFault,
     catch_faults,
@@ -27,12 +28,8 @@ from conrod.engines.plugin_values import (
 )
 from conrod.engines.tracks import ForceTracks, FreeRun
 
-CAPABILITY_OF_NAME: Mapping[str, type[Any]] = {
-    # Laws of drives are functions, which cannot be sent to the process that a plugin runs in.
-    kind.__name__: kind
-    for kind in CAPABILITY_TITLES
-    if kind is not SpatialRuns
-}
+CAPABILITY_OF_NAME: Mapping[str, type[Any]] = {kind.__name__: kind for kind in CAPABILITY_TITLES}
+CAN_REFUSE = ("free_run", "run_in_space")  # by InvalidInput
 
 
 def describe(engine: Any, name: str) -> PluginDescription:
@@ -130,7 +127,7 @@ class CheckedPlugin(PluginEngine):
         with catch_faults():
             found = self._plugin.refusal(copy.deepcopy(machine), self._own_settings(settings))
             self._check_surroundings()
-            return None if found is None else check_text(found, "a reason of a refusal") or "it gives no reason"
+            return None if found is None else _check_refusal(found)
 
     def pieces(
         self, machine: Machine, settings: Settings, revolutions: float, start_angle: float, steps: int
@@ -174,7 +171,7 @@ class CheckedPlugin(PluginEngine):
     def call_capability(self, name: str, *arguments: Any, **named: Any) -> Any:
         """Call a method of a capability on copies of its arguments, and check the result."""
         self.handed_over += 1
-        with catch_faults(refusals=name == "free_run"):
+        with catch_faults(refusals=name in CAN_REFUSE):
             if name == "releases":
                 return self._plugin.releases
             machine = next((one for one in arguments if hasattr(one, "kinematics")), None)
@@ -183,22 +180,27 @@ class CheckedPlugin(PluginEngine):
             ]
             found = getattr(self._plugin, name)(*given, **named)
             self._check_surroundings()
-            return self._check_result(name, found, machine, arguments)
+            return self._check_result(name, found, machine, arguments, named)
 
-    def _check_result(self, name: str, found: Any, machine: Any, arguments: tuple[Any, ...]) -> Any:
+    def _check_result(
+        self, name: str, found: Any, machine: Any, arguments: tuple[Any, ...], named: Mapping[str, Any]
+    ) -> Any:
         """Check a result of a capability's method against its protocol in `capabilities`."""
         checks: dict[str, Callable[[], Any]] = {
             "expected_error": lambda: plugin_values.check_error_bounds(found, ExpectedError),
             "solve_kinematics": lambda: _check_kinematics(found, machine, len(arguments[1])),
             "forces": lambda: _check_forces(found),
             "free_run": lambda: _check_free_run(found, arguments),
+            "refusal_in_space": lambda: None if found is None else _check_refusal(found),
+            "run_in_space": lambda: check_spatial_run(found, *arguments, **named),
             "paste": lambda: check_type(found, str, "lines to paste"),
             "model": lambda: check_type(found, str, "a file of a model"),
             "probes": lambda: {
                 check_text(one, "a name"): self._settings_for_machine(own, machine) for one, own in found.items()
             },
         }
-        checks |= dict.fromkeys(("stepper", "reference_loop"), lambda: partial(_advance_plugin, found))
+        steppers = ("stepper", "reference_loop", "stepper_in_space")
+        checks |= dict.fromkeys(steppers, lambda: partial(_advance_plugin, found))
         settings = ("with_time_constant", "with_regularisation", "minimal_settings")
         checks |= dict.fromkeys(settings, lambda: None if found is None else self._settings_for_machine(found, machine))
         refuse_unless(name in checks, f"nothing for {name}")
@@ -233,6 +235,11 @@ class CheckedPlugin(PluginEngine):
             return self._settings_for_machine(
                 (one.added if added else one.removed)(self._own_settings(settings)), of[0]
             )
+
+
+def _check_refusal(found: Any) -> str:
+    """Return the reason of a refusal on one line; a text that says so if it is empty."""
+    return check_text(found, "a reason of a refusal") or "it gives no reason"
 
 
 def _advance_plugin(advance: Callable[[int], Any], steps: int) -> None:

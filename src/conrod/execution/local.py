@@ -15,7 +15,6 @@ from typing import Any, ParamSpec, TypeVar
 
 from conrod.comparison.trajectory import Outcome
 from conrod.errors import InvalidInput
-from conrod.execution.case import Case
 from conrod.execution.worker_process import (
     CallLimits,
     CallNotStarted,
@@ -146,7 +145,7 @@ class LocalProcesses(RetryingExecutor):
         self._engines: dict[WorkerProcess, str | None] = {}
 
     def call(self, function: Callable[..., Result], *arguments: Any, **named: Any) -> Result:
-        engine = next((case.plugin_name for case in arguments if isinstance(case, Case)), None)
+        engine = next((one.plugin_name for one in arguments if hasattr(one, "plugin_name")), None)
         while True:
             worker = self._take_worker(engine)
             try:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,8 @@ class DriveLaw:
     Attributes:
         text: the law as the user wrote it.
         duration: length of the movement, or of one period if it repeats [s]; infinite for a law that holds.
-        derivatives: coordinate, rate, acceleration and jerk (4, T) at times (T,) [s], in rad or m.
+        derivatives: coordinate, rate, acceleration and jerk (4, T) at times (T,) [s], in rad or m. A function of this
+            module with its numbers, which can be pickled: laws are sent to the processes that engines run in.
     """
 
     text: str
@@ -50,16 +52,16 @@ def parse_drive_law(text: str, unit: str, start: float, name: str) -> DriveLaw:
     kind, colon, rest = text.partition(":")
     parts = [part.strip() for part in rest.split(",")]
     if text == "hold":
-        return DriveLaw(text, math.inf, lambda times: _stack_derivatives(times, start))
+        return DriveLaw(text, math.inf, partial(_constant_rate, start, 0.0))
     if not colon:
         rate = parse_quantity(name, text, RATES[unit])
         check_number(name, abs(rate), 1e-9, 1e9, RATES[unit])
-        return DriveLaw(text, (REVOLUTION if unit == "rad" else 1.0) / abs(rate), _constant_rate(start, rate))
+        return DriveLaw(text, (REVOLUTION if unit == "rad" else 1.0) / abs(rate), partial(_constant_rate, start, rate))
     if kind == "sine" and len(parts) == 2:
         amplitude, frequency = parse_quantity(name, parts[0], unit), parse_quantity(name, parts[1], "Hz")
         check_number(f"amplitude of {name}", abs(amplitude), *SIZES, unit)
         check_number(f"frequency of {name}", frequency, *SIZES, "Hz")
-        return DriveLaw(text, 1.0 / frequency, _sine(start, amplitude, REVOLUTION * frequency))
+        return DriveLaw(text, 1.0 / frequency, partial(_sine, start, amplitude, REVOLUTION * frequency))
     if kind == "move" and len(parts) == 3:
         begin, end = (parse_quantity(name, part, unit) for part in parts[:2])
         check_number(f"way of {name}", abs(end - begin), *SIZES, unit)
@@ -79,32 +81,33 @@ def _stack_derivatives(times: Array, *values: Array | float) -> Array:
     return made
 
 
-def _constant_rate(start: float, rate: float) -> Callable[[Array], Array]:
-    """Derivatives of a coordinate that grows at a constant rate."""
-    return lambda times: _stack_derivatives(times, start + rate * times, rate)
+def _constant_rate(start: float, rate: float, times: Array) -> Array:
+    """Derivatives (4, T) of a coordinate that grows at a constant rate."""
+    return _stack_derivatives(times, start + rate * times, rate)
 
 
-def _sine(start: float, amplitude: float, omega: float) -> Callable[[Array], Array]:
-    """Derivatives of a sine about the start, with its angular frequency [rad/s]."""
-
-    def derivatives(times: Array) -> Array:
-        sine, cosine = amplitude * np.sin(omega * times), amplitude * np.cos(omega * times)
-        return _stack_derivatives(times, start + sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine)
-
-    return derivatives
+def _sine(start: float, amplitude: float, omega: float, times: Array) -> Array:
+    """Derivatives (4, T) of a sine about the start, with its angular frequency [rad/s]."""
+    sine, cosine = amplitude * np.sin(omega * times), amplitude * np.cos(omega * times)
+    return _stack_derivatives(times, start + sine, omega * cosine, -(omega**2) * sine, -(omega**3) * cosine)
 
 
 def quintic(begin: float, end: float, duration: float) -> Callable[[Array], Array]:
     """Derivatives (4, T) of a quintic from one coordinate to another, at rest before and after."""
     polynomial = np.polynomial.Polynomial([0.0, 0.0, 0.0, *QUINTIC])
     forms = [(end - begin) / duration**k * np.array(polynomial.deriv(k).coef, dtype=float) for k in range(4)]
+    return partial(_quintic, begin, duration, forms)
 
-    def derivatives(times: Array) -> Array:
-        share = np.clip(times / duration, 0.0, 1.0)
-        value, *rows = (np.asarray(np.polynomial.polynomial.polyval(share, form), dtype=float) for form in forms)
-        return _at_rest_after(duration, times, _stack_derivatives(times, begin + value, *rows))
 
-    return derivatives
+def _quintic(begin: float, duration: float, forms: Sequence[Array], times: Array) -> Array:
+    """Derivatives (4, T) of a quintic from its start.
+
+    Args:
+        forms: coefficients of the displacement and of its derivatives, in powers of the share of the duration.
+    """
+    share = np.clip(times / duration, 0.0, 1.0)
+    value, *rows = (np.asarray(np.polynomial.polynomial.polyval(share, form), dtype=float) for form in forms)
+    return _at_rest_after(duration, times, _stack_derivatives(times, begin + value, *rows))
 
 
 def _at_rest_after(end: float, times: Array, derivatives: Array) -> Array:
@@ -126,9 +129,10 @@ def _table_law(text: str, path: Path, name: str) -> DriveLaw:
         raise InvalidInput(f"{name} = {text!r}: give at least six rows of numbers, with rising times")
     spline, first = make_interp_spline(times, values, k=5), float(times[0])
     length = float(times[-1]) - first
+    return DriveLaw(text, length, partial(_spline, spline, first, length))
 
-    def derivatives(at: Array) -> Array:
-        inside = first + np.clip(at, 0.0, length)
-        return _at_rest_after(length, at, np.array([spline(inside, nu=k) for k in range(4)]))
 
-    return DriveLaw(text, length, derivatives)
+def _spline(spline: Callable[..., Array], first: float, length: float, times: Array) -> Array:
+    """Derivatives (4, T) of a spline over a length of time [s] from its first instant [s], at rest after it."""
+    inside = first + np.clip(times, 0.0, length)
+    return _at_rest_after(length, times, np.array([spline(inside, nu=k) for k in range(4)]))

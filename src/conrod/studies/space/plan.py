@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from conrod.engines import engine_named
+from conrod.engines import engine_named, is_plugin
 from conrod.exact.motion import QUANTITIES
 from conrod.scenes.space import SpatialMachine
 from conrod.scenes.space.tree import exact_points, law_period, machine_laws
@@ -30,6 +30,11 @@ class SpatialCell:
     preset: str
     steps: tuple[int, ...]
     revolutions: int
+
+    @property
+    def plugin_name(self) -> str | None:
+        """Name of the engine if another package brings it: it runs in a process that no other engine runs in."""
+        return self.engine if is_plugin(self.engine) else None
 
     def empty_result(self) -> SpatialResult:
         """Return the result with its known facts, before anything is measured."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ from conrod.comparison.outcome import MAX_JOINT_GAP, MAX_REACH_SIZES
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
 from conrod.engines.capabilities import SpatialRuns, require_capability
+from conrod.engines.plugin_values import EngineFault
 from conrod.engines.space import SpatialRun, SpatialStart, exact_start, widest_gaps
 from conrod.errors import InvalidInput
 from conrod.exact.motion import QUANTITIES
@@ -47,23 +47,40 @@ def run_cell(cell: SpatialCell) -> SpatialResult:
     bench, empty = prepare_bench(cell.machine), cell.empty_result()
     scales, runs = motion_scales(bench.machine), list[StepRun]()
     engine = require_capability(engine_named(cell.engine), SpatialRuns)
-    if reason := engine.refusal_in_space(bench.start, cell.preset):
+    try:
+        reason = engine.refusal_in_space(bench.start, cell.preset)
+    except EngineFault as fault:
+        return replace(empty, outcome=Outcome.CRASHED.slug, reason=str(fault))
+    if reason:
         return replace(empty, outcome=Outcome.UNSUPPORTED.slug, reason=reason)
     for steps in cell.steps:
         start = replace(bench.start, step=bench.start.period / steps)
-        total = steps * cell.revolutions
         try:
-            run = engine.run_in_space(start, cell.preset, total, max(1, total // MAX_SAMPLES))
+            runs.append(_timed_run(engine, start, cell, steps, bench, scales))
         except InvalidInput as error:
             runs.append(StepRun(steps, Outcome.UNSUPPORTED.slug, str(error)))
-            continue
-        judged = judge_run(steps, run, bench, scales)
-        if judged.errors is not None:
-            make = partial(engine.stepper_in_space, start, cell.preset)
-            judged = replace(judged, cost=step_cost(make, min(total, TIMED_STEPS)))
-        runs.append(judged)
+        except EngineFault as fault:
+            runs.append(StepRun(steps, Outcome.CRASHED.slug, str(fault)))
     made = replace(empty, runs=tuple(runs), order=observed_orders(tuple(runs)))
     return replace(made, outcome=runs[-1].outcome, reason=runs[-1].reason)
+
+
+def _timed_run(
+    engine: SpatialRuns,
+    start: SpatialStart,
+    cell: SpatialCell,
+    steps: int,
+    bench: SpatialBench,
+    scales: Mapping[str, float],
+) -> StepRun:
+    """Run a machine from its exact start, compare it, and time a step if it came to its end."""
+    total = steps * cell.revolutions
+    run = engine.run_in_space(start, cell.preset, total, max(1, total // MAX_SAMPLES))
+    judged = judge_run(steps, run, bench, scales)
+    if judged.errors is None:
+        return judged
+    make = partial(engine.stepper_in_space, start, cell.preset)
+    return replace(judged, cost=step_cost(make, min(total, TIMED_STEPS)))
 
 
 def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[str, float]) -> StepRun:
@@ -73,11 +90,12 @@ def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[
     gap = max(gaps.values(), default=0.0) / length
     if run.failure:
         return StepRun(steps, Outcome.DIVERGED.slug, run.failure, gap=gap)
+    finite = np.all([np.isfinite(one).all(axis=(0, 2)) for one in run.points.values()], axis=0)
+    if not finite.all():
+        return StepRun(steps, Outcome.DIVERGED.slug, f"not finite from {run.times[np.argmin(finite)]:.6g} s on")
     exact = exact_points(bench.machine, run.times)
     off = np.array([np.linalg.norm(run.points[name] - exact[name], axis=2).max(axis=1) for name in exact]).max(axis=0)
     errors = {name: float(size) / scales[name] for name, size in zip(QUANTITIES, off, strict=True)}
-    if not all(map(math.isfinite, errors.values())):
-        return StepRun(steps, Outcome.DIVERGED.slug, "a point is not finite")
     if errors["position"] > MAX_REACH_SIZES:
         return StepRun(steps, Outcome.EXPLODED.slug, f"a point is {errors['position']:.3g} L away", gap=gap)
     if gap > MAX_JOINT_GAP:
