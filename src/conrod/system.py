@@ -7,9 +7,12 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import stat
+import struct
 import sys
+import tempfile
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path, PurePath
@@ -142,6 +145,46 @@ def unlock_byte(file: int, offset: int) -> None:
     if fcntl is not None:
         with suppress(OSError):
             fcntl.lockf(file, fcntl.LOCK_UN, 1, offset)
+
+
+# Of other machines. SQLite's shared memory does not reach them, and not on all of them do locks.
+NETWORK_FILE_SYSTEMS = {
+    "9p", "afs", "beegfs", "ceph", "cifs", "fuse.ceph", "fuse.glusterfs", "fuse.rclone", "fuse.sshfs",
+    "gpfs", "lustre", "ncpfs", "nfs", "nfs4", "panfs", "smb3", "smbfs",
+}  # fmt: skip
+MOUNTS = "/proc/self/mountinfo"  # of Linux
+LOCAL_LOCKS = frozenset(("nolock", "local_lock=all", "local_lock=posix"))  # options of a mount of NFS
+
+
+def network_file_system(folder: Path) -> tuple[str, bool]:
+    """Name the network file system that a folder is on, and say whether its locks reach other machines.
+
+    By Linux's list of mounts; the name is empty where the folder is on none of `NETWORK_FILE_SYSTEMS`, or on an
+    unknown one.
+    """
+    with suppress(OSError), open(MOUNTS, encoding="utf-8", errors="replace") as mounts:
+        device = folder.stat().st_dev
+        number = f"{os.major(device)}:{os.minor(device)}"
+        for line in mounts:
+            place, _, about = line.partition(" - ")
+            kind, *options = re.split("[ ,]", about.strip())
+            if place.split()[2] == number and kind in NETWORK_FILE_SYSTEMS:
+                return kind, not LOCAL_LOCKS.intersection(options)
+    return "", True
+
+
+def grants_a_lock_twice(folder: Path) -> bool:
+    """Try whether a file in a folder can be locked while it is locked, as where locks do nothing."""
+    if not hasattr(fcntl, "F_OFD_SETLK"):
+        return False
+    exclusive = struct.pack("hhqqi", fcntl.F_WRLCK, os.SEEK_SET, 0, 1, 0)  # struct flock, of the first byte
+    with tempfile.NamedTemporaryFile(dir=folder, prefix=".conrod-lock-") as first, open(first.name, "r+b") as second:
+        try:
+            for file in (first, second):  # a lock is held by an open file, not by its process
+                fcntl.fcntl(file.fileno(), fcntl.F_OFD_SETLK, exclusive)
+        except OSError:  # refused, or there are no locks, of which `lock_byte` tells
+            return False
+    return True
 
 
 # -- files and folders -------------------------------------------------------------------------------------------------

@@ -48,7 +48,12 @@ PATIENCE, MEMORY = 600.0, 6_000_000_000  # [s] of wall time, [bytes]: of a worke
 
 # Modules of Python's own library and of others, which a user's file may be called as.
 MODULES = ("queue", "pickle", "json", "numpy", "mujoco", "random", "csv", "signal", "sitecustomize", "click")
-SWEEP = ("sweep", "saw-500rpm", "--engine", "pymunk", "--grid", "coarse", "--jobs", "2", "--ledger", "l.sqlite")
+# Studies that are killed, and how often.
+STUDIES = {
+    ("sweep", "saw-500rpm", "--engine", "pymunk", "--grid", "coarse", "--jobs", "2"): KILLS,
+    ("limits", "saw-500rpm", "--engine", "pymunk", "--preset", "stock", "--axis", "mass-ratio"): 8,
+    ("ablate", "saw-500rpm", "--engine", "pymunk", "--rounds", "4"): 8,
+}
 REPORT = "report"
 
 
@@ -220,16 +225,20 @@ def end_of_mutant(future: Future[models.End], case: Any) -> models.End:
         return models.End(end.status, end.wrong, sum(os.times()[2:4]) - before)
 
 
-def test_killed_sweep_loses_no_run_and_no_report(arena: Path, report: Callable[[str], None]) -> None:
-    chance, ledger, out = random.Random(f"kills {SEED}"), arena / "l.sqlite", arena / REPORT
-    assert start_command(*SWEEP[:-1], "undisturbed.sqlite").wait() == 0
+@pytest.mark.parametrize(("study", "most"), STUDIES.items(), ids=[study[0] for study in STUDIES])
+def test_killed_study_loses_no_run_and_no_report(
+    study: tuple[str, ...], most: int, arena: Path, report: Callable[[str], None]
+) -> None:
+    chance, ledger, out = random.Random(f"kills {study[0]} {SEED}"), arena / "l.sqlite", arena / REPORT
+    study = (*study, "--ledger", "l.sqlite")
+    assert start_command(*study[:-1], "undisturbed.sqlite").wait() == 0
     wanted, kills = result_count(arena / "undisturbed.sqlite"), 0
-    while kills < KILLS:
+    while kills < most:
         before = result_count(ledger)
-        goal = before + min(chance.randint(1, 4), (wanted - before) // (KILLS - kills))
-        kills += kill_when(start_command(*SWEEP), lambda goal=goal: result_count(ledger) >= goal)
+        goal = before + min(chance.randint(1, 4), (wanted - before) // (most - kills))
+        kills += kill_when(start_command(*study), lambda goal=goal: result_count(ledger) >= goal)
         assert result_count(ledger) >= before
-    command = (*SWEEP, "--out", REPORT)
+    command = (*study, "--out", REPORT)
     assert start_command(*command).wait() == 0
     assert rows(ledger) == rows(arena / "undisturbed.sqlite")
     whole = files(out)
@@ -244,7 +253,7 @@ def test_killed_sweep_loses_no_run_and_no_report(arena: Path, report: Callable[[
         } == whole
     assert rows(ledger) == rows(arena / "undisturbed.sqlite")
     assert "Traceback" not in (arena / "errors.txt").read_text(encoding="utf-8")
-    report(f"{kills} kills of a sweep: {wanted} runs, none lost, none other")
+    report(f"{kills} kills of {study[0]}: {wanted} runs, none lost, none other")
 
 
 def rows(ledger: Path) -> list[dict[str, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import json
 import os
+import platform
 import sqlite3
 import zlib
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -29,7 +30,7 @@ from conrod.execution.ledger_file import (
 )
 from conrod.execution.results_table import tidy_row
 from conrod.scenes.scene import canonical_json
-from conrod.system import real_path
+from conrod.system import network_file_system, real_path
 
 if TYPE_CHECKING:
     from conrod.execution.timing import Timing
@@ -40,12 +41,14 @@ TIMING_COLUMNS = "machine, seconds_per_revolution, reference_seconds, ratio, ste
 
 
 def default_ledger_path() -> Path:
-    """Path in CONROD_LEDGER if that is set, else a file in the user's cache folder."""
+    """Path in CONROD_LEDGER if that is set, else a file in the user's cache folder: one a machine on a network disk."""
     if named := os.environ.get("CONROD_LEDGER"):
         return Path(named)
     import platformdirs
 
-    return platformdirs.user_cache_path("conrod") / "ledger.sqlite"
+    folder = platformdirs.user_cache_path("conrod")
+    there = next(place for place in (folder, *folder.parents) if place.exists())
+    return folder / ("ledger.sqlite" if not network_file_system(there)[0] else f"ledger-{platform.node()}.sqlite")
 
 
 class Ledger:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import platform
 import shutil
 import sqlite3
 import tempfile
@@ -14,7 +15,7 @@ from pathlib import Path
 
 from conrod.errors import InvalidInput
 from conrod.execution.case import CACHE_VERSION
-from conrod.system import PLAIN_FILE, lock_byte, own_path, unlock_byte
+from conrod.system import PLAIN_FILE, grants_a_lock_twice, lock_byte, network_file_system, own_path, unlock_byte
 
 # 'crod' in ASCII: tells a ledger from any other SQLite file.
 APPLICATION_ID = 0x63726F64
@@ -76,8 +77,28 @@ def connect(path: Path, patience: float = LOCK_TIMEOUT, may_empty: bool = True) 
         raise InvalidInput(f"{path} is not a ledger: it is no regular file; give the name of a file")
     with name_ledger_in_errors(path):
         real.parent.mkdir(parents=True, exist_ok=True)
+        journal = journal_mode(real)
         connection = sqlite3.connect(real, timeout=patience, isolation_level=None)
-        return _checked_connection(connection, path, patience, may_empty)
+        return _checked_connection(connection, path, patience, may_empty, journal)
+
+
+def journal_mode(path: Path) -> str:
+    """SQLite's journal for a ledger: WAL, but on a network file system, which its shared memory does not reach.
+
+    Raises:
+        InvalidInput: commands that use the ledger at the same time would damage it, since no lock keeps them apart.
+    """
+    system, reaches_others = network_file_system(path.parent)
+    if not system:
+        return "WAL"
+    if grants_a_lock_twice(path.parent):
+        raise InvalidInput(f"the ledger {path} is on {system}, whose locks do nothing: name a file on a local disk")
+    if not reaches_others and platform.node() not in path.name:
+        raise InvalidInput(
+            f"the ledger {path} is on {system}, whose locks do not reach other machines: name a file on a local disk, "
+            f"or one with this machine's name in its own: {path.stem}-{platform.node()}{path.suffix}"
+        )
+    return "DELETE"
 
 
 @contextmanager
@@ -105,7 +126,7 @@ def connect_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def _checked_connection(
-    connection: sqlite3.Connection, path: Path, patience: float, may_empty: bool = False
+    connection: sqlite3.Connection, path: Path, patience: float, may_empty: bool = False, journal: str = "WAL"
 ) -> tuple[sqlite3.Connection, int]:
     """Return the connection if its file is a ledger, and how many runs of an older version were removed.
 
@@ -116,7 +137,7 @@ def _checked_connection(
     with name_ledger_in_errors(path):
         try:
             if _is_blank(connection):
-                _create_tables(connection, patience)
+                _create_tables(connection, patience, journal)
             if may_empty and _is_older(connection):
                 emptied = _empty_older_ledger(connection, path)
             if _pragma(connection, "application_id") != APPLICATION_ID:
@@ -127,6 +148,8 @@ def _checked_connection(
                 raise InvalidInput(f"the ledger {path} is from an older conrod, whose results count no more")
             if missing := _schema_fault(connection):
                 raise InvalidInput(f"the ledger {path} is damaged: {missing}; remove it or name another")
+            if journal != "WAL":  # a file that was made elsewhere may have the other
+                connection.execute(f"PRAGMA journal_mode = {journal}")
             # What a file from elsewhere says of its tables calls no function that could do more than compute.
             connection.execute("PRAGMA trusted_schema = OFF")
             # Safe against a killed process; only a power cut may undo the last runs, and never more than them.
@@ -139,12 +162,12 @@ def _checked_connection(
     return connection, emptied
 
 
-def _create_tables(connection: sqlite3.Connection, patience: float) -> None:
+def _create_tables(connection: sqlite3.Connection, patience: float, journal: str) -> None:
     give_up = time.monotonic() + patience
     while True:
         try:
             # Readers and a writer do not wait for each other. SQLite itself does not wait here.
-            connection.execute("PRAGMA journal_mode = WAL")
+            connection.execute(f"PRAGMA journal_mode = {journal}")
             break
         except sqlite3.OperationalError:
             if time.monotonic() > give_up:
