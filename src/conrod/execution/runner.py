@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, Self, TypeAlias, TypeVar
 
 from conrod.errors import InvalidInput
@@ -325,6 +325,8 @@ def process_unclaimed(
         max_in_flight: number of cases to be submitted at a time.
     """
     waiting, flying = deque(cases), dict[Future[Result], AnyCase]()
+    # Not `concurrent.futures.wait`: Ctrl-C amid it leaves futures locked, and cancelling them would wait for ever.
+    ended = SimpleQueue[Future[Result]]()
 
     def end_case(case: AnyCase, how: str) -> None:
         ledger.claims.give_back(claim_name(case))
@@ -339,14 +341,19 @@ def process_unclaimed(
                 if not ledger.claims.take(claim_name(case)):
                     waiting.append(case)
                 elif is_unfinished(case):
-                    flying[submit(case)] = case
+                    future = submit(case)
+                    flying[future] = case
+                    future.add_done_callback(ended.put)
                 else:
                     end_case(case, "by another process")
-            if not flying and waiting:
-                time.sleep(POLL_INTERVAL)
-            for future in wait(flying, POLL_INTERVAL if waiting else None, FIRST_COMPLETED).done:
-                end_case(flying[future], keep_result(flying[future], future))
-                del flying[future]
+            if not waiting and not flying:
+                break
+            try:
+                future = ended.get(timeout=POLL_INTERVAL if waiting else None)
+            except Empty:
+                continue
+            end_case(flying[future], keep_result(flying[future], future))
+            del flying[future]
     except BaseException:  # Ctrl-C, too
         # If the ledger itself failed, the first error says why.
         with suppress(InvalidInput):
