@@ -17,6 +17,7 @@ from benchmarks import (
     pymunk_recording,
     references,
     space_cost,
+    suite_cost,
     two_jobs,
 )
 from benchmarks.row import Row
@@ -33,6 +34,8 @@ GROUPS: dict[str, tuple[Callable[[int], list[Row]], int]] = {
     "help": (help_time.rows, 11),
     "commands": (command_cost.rows, 5),
     "space": (space_cost.rows, 3),
+    "recommend": (command_cost.recommend_rows, 1),
+    "suite": (suite_cost.rows, 1),
 }
 
 
