@@ -211,9 +211,9 @@ def test_fit_ends_with_the_step_that_gains_little(monkeypatch: pytest.MonkeyPatc
     noise = 1e-3 * (random.normal(size=(2, SAMPLES, 1)) * RIGHT + random.normal(size=(2, SAMPLES, 1)) * UP)
     fit = fit_of(SAW, replace(scan, positions=scan.positions + noise), GivenFrame())
 
-    def with_lengths_noted(scene: Scene, names: Any, values: Any) -> Any:
+    def with_lengths_noted(scene: Scene, names: Any, values: Any, **how: Any) -> Any:
         made.append(values[0])
-        return with_lengths(scene, names, values)
+        return with_lengths(scene, names, values, **how)
 
     monkeypatch.setattr(fitting, "with_lengths", with_lengths_noted)
     rms = fit.refine(["rod"]).rms

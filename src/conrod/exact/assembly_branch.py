@@ -33,6 +33,8 @@ MAX_DEVIATION = 1e-3  # of a solved pose from its prediction: a Newton iteration
 REPEAT_TOLERANCE = 1e-9  # difference of equal poses one revolution apart (lengths against the size)
 MAX_STEPS_AT_ONCE = 16
 MAX_TABLE_ROWS = 20_000  # per revolution; machines that ship have at most 83
+# From a machine nearby: largest distance of its tabulated poses, and relative change of each block's determinant there.
+MAX_NEARBY_DISTANCE, MAX_NEARBY_CHANGE = 0.05, 0.5
 
 
 @dataclass(frozen=True)
@@ -70,12 +72,16 @@ class PoseTable:
 class AssemblyBranch:
     """Solver for exact poses on the branch of the start poses.
 
+    Args:
+        nearby: the branch of a machine with about these lengths, whose table saves tracking the branch. Poses are as
+            exact as without it, to rounding, which then depends on that machine.
+
     Raises:
         InvalidInput: the mechanism cannot be assembled at crank angle 0, or wheels that roll do not touch there.
     """
 
-    def __init__(self, equations: Equations) -> None:
-        self.equations = equations
+    def __init__(self, equations: Equations, nearby: AssemblyBranch | None = None) -> None:
+        self.equations, self._nearby = equations, nearby
         self._extended_table: PoseTable | None = None
         self._limits: dict[
             bool, float
@@ -192,12 +198,37 @@ class AssemblyBranch:
 
     def _tabulate(self, first: float, last: float) -> PoseTable:
         """Tabulate poses from one crank angle to another [rad], with 0 between them."""
+        if (known := self._table_of_nearby(first, last)) is not None:
+            return self._refine_table(known)
         with self._limited_steps(last - first):
             forth, back = self._track_to(last), self._track_to(first)
             places = [*reversed(back[1:]), *forth]
             stacked = np.concatenate([place.poses for place in places])
             angles = np.array([place.angle for place in places])
             return self._refine_table(PoseTable(angles, stacked, self._tracker.pose_derivative(stacked, angles), None))
+
+    def _table_of_nearby(self, first: float, last: float) -> PoseTable | None:
+        """Close the joints at the tabulated poses of the machine nearby; None where that may leave the branch."""
+        if self._nearby is None:
+            return None
+        try:
+            known = self._nearby.table
+            if known is None or len(self._nearby.change_angles) or tuple(known.angles[[0, -1]]) != (first, last):
+                return None
+            poses = self.equations.newton(known.poses, known.angles, falling=True)
+        except (InvalidInput, np.linalg.LinAlgError):
+            return None
+        factors, theirs = self.equations.elimination(poses), self._nearby.equations.elimination(known.poses)
+        blocks, others = factors.block_determinants(), theirs.block_determinants()
+        start = poses[np.flatnonzero(known.angles == 0.0)]
+        on_branch = (
+            self.equations.pose_distance(poses, known.poses).max() <= MAX_NEARBY_DISTANCE
+            and blocks.shape == others.shape
+            and bool(np.all(np.abs(blocks / others - 1.0) <= MAX_NEARBY_CHANGE))
+            and self.equations.pose_distance(start, self.start).max() <= REPEAT_TOLERANCE
+        )
+        derivatives = self.equations.pose_derivative(poses, factors=factors)
+        return PoseTable(known.angles, poses, derivatives, None) if on_branch else None
 
     @contextmanager
     def _limited_steps(self, distance: float) -> Iterator[None]:

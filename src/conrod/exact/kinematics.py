@@ -45,16 +45,20 @@ class Kinematics:
         branch: sign (T,) that distinguishes the assembly branches of poses (T, 3 n).
         branch_at: the sign (T,) that exact poses at crank angles (T,) [rad] have; it changes at change points.
 
+    Args:
+        nearby: solver of a machine with about these lengths, from whose poses those of this one are found, as in fits.
+
     Raises:
         InvalidInput: the mechanism cannot be assembled, its mobility is not one, or its crank cannot turn fully.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, nearby: Kinematics | None = None) -> None:
         if mechanism.mobility != 1:
             raise InvalidInput(f"{mechanism.name} has mobility {mechanism.mobility}; a driven crank needs exactly 1")
         self.mechanism = mechanism
         poses = tuple((body.name, mechanism.poses[body.name]) for body in mechanism.bodies)
-        self._branch = _cached_branch(_Geometry(mechanism, (mechanism.name, mechanism.joints, mechanism.driver, poses)))
+        geometry = _Geometry(mechanism, (mechanism.name, mechanism.joints, mechanism.driver, poses))
+        self._branch: AssemblyBranch = _cached_branch(geometry, None if nearby is None else nearby._branch)
         self._equations = self._branch.equations
         self.size, self.crank_column = self._equations.size, 3 * self._equations.crank + 2
         self.poses, self.reachable_angle, self.near_change = (
@@ -264,9 +268,9 @@ class _Geometry:
 
 
 @lru_cache(MAX_CACHED_GEOMETRIES)
-def _cached_branch(geometry: _Geometry) -> AssemblyBranch:
+def _cached_branch(geometry: _Geometry, nearby: AssemblyBranch | None) -> AssemblyBranch:
     """Return the assembly branch of a geometry; cached, because its table takes longer than many runs."""
-    return AssemblyBranch(Equations(geometry.mechanism))
+    return AssemblyBranch(Equations(geometry.mechanism), nearby)
 
 
 # -- a machine driven at constant speed, which engines run and are compared with ---------------------------------------

@@ -37,6 +37,7 @@ class DescribedScene(Scene):
 
     document: str = field(repr=False)  # the file's tables as canonical JSON
     given_anew: tuple[tuple[str, float], ...] = ()  # numbers of the file that have another value, SI, sorted by name
+    nearby: DescribedScene | None = field(default=None, repr=False, compare=False)  # of a fit, with about its lengths
     speed: float = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -89,6 +90,14 @@ class DescribedScene(Scene):
 
     def with_parameters(self, **values: float) -> Self:
         return type(self)(self.document, tuple(sorted((dict(self.given_anew) | values).items())))
+
+    def with_nearby_parameters(self, **values: float) -> Self:
+        return type(self)(self.document, tuple(sorted((dict(self.given_anew) | values).items())), self)
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The generic solver of this mechanism."""
+        return Kinematics(self.mechanism(), None if self.nearby is None else self.nearby.kinematics)
 
     def identity(self) -> dict[str, Any]:
         """The mechanism and its speed as plain values, independent of names' order and of texts in the file."""

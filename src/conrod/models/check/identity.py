@@ -229,6 +229,8 @@ def _identity_at(
     search, found, floor = at.search, list[tuple[Explanation, FrameFit]](), _floor(at)
     if at.largest > floor and (found := smallest_explanations(at, floor, first_only=first_only)):
         at = found[0][1]
+        if isinstance(at.machine, Scene):  # and not as exact as a fit needs it
+            at = replace(at, machine=at.machine.with_parameters())
     at = _round_frame(at, floor)
     expected = replace(at, machine=scene, displacements=0.0 * at.displacements)
     # The same machine of those lengths, as it is assembled in the model.

@@ -31,8 +31,11 @@ def length_names(scene: Scene) -> tuple[str, ...]:
     return (*(name for name, facts in scene.parameter_facts().items() if facts.unit == "m"), ALL_LENGTHS)
 
 
-def with_lengths(scene: Scene, names: Sequence[str], values: Array) -> Scene:
+def with_lengths(scene: Scene, names: Sequence[str], values: Array, *, in_fit: bool = False) -> Scene:
     """A scene with other lengths [m]; the value of `ALL_LENGTHS` is a factor on all of them.
+
+    Args:
+        in_fit: whether it only has to be exact to rounding, as `Scene.with_nearby_parameters` is.
 
     Raises:
         InvalidInput: a scene with these lengths cannot be assembled or cannot turn.
@@ -41,7 +44,9 @@ def with_lengths(scene: Scene, names: Sequence[str], values: Array) -> Scene:
     if ALL_LENGTHS in names:
         factor = float(values[list(names).index(ALL_LENGTHS)])
         changed = {n: factor * changed.get(n, scene.parameters[n]) for n in length_names(scene) if n != ALL_LENGTHS}
-    return scene.with_parameters(**changed) if changed else scene
+    if not changed:
+        return scene
+    return scene.with_nearby_parameters(**changed) if in_fit else scene.with_parameters(**changed)
 
 
 def length_of(scene: Scene, name: str) -> float:

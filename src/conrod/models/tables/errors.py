@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -134,6 +134,17 @@ class TableComparison:
             return self.motion_at_nominal_crank
         rate = self.values.get(CRANK_SPEED, self.scene.speed)
         return self.scene.motion(self.angle, rate, self.values.get(CRANK_ACCELERATION, 0.0))
+
+    @property
+    def motion_orders(self) -> list[int]:
+        """Orders of derivative of the points' columns that the table has: 0 for positions, 2 for accelerations."""
+        return [order for order, name in enumerate(MOTION) if self.points(name)]
+
+    @cached_property
+    def derivatives_by_angle(self) -> Mapping[str, Sequence[Array]]:
+        """Exact positions of each point and their derivatives by the crank angle, each (T, 2), up to the table's."""
+        solver = self.scene.kinematics
+        return solver.point_derivatives(solver.derivatives(self.angle, self.motion_orders[-1]))
 
     # -- links ---------------------------------------------------------------------------------------------------------
 

@@ -76,7 +76,7 @@ class _LengthSearch:
 
     def differences(self, values: dict[str, float]) -> Array:
         """Differences (N,) of the table from the machine with changed lengths [m], normalised as before."""
-        scene = self.table.scene.with_parameters(**values) if values else self.table.scene
+        scene = self.table.scene.with_nearby_parameters(**values) if values else self.table.scene
         other = replace(self.table, scene=scene)
         parts = [
             other.difference(self.name, point) / self.table.normalising_size(self.name, point)

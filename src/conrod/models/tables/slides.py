@@ -96,11 +96,13 @@ def _undo_slide_change(table: TableComparison, joint: Prismatic, change: Array) 
         x, y = np.asarray(joint.point_a) + change[0] * normal
         return replace(joint, point_a=(float(x), float(y)), direction=joint.direction + float(change[1]))
 
-    other = Kinematics(replace(mechanism, joints=tuple(map(move_slide, mechanism.joints))))
-    usual, moved = (one.point_derivatives(one.derivatives(table.angle)) for one in (solver, other))
+    other = Kinematics(replace(mechanism, joints=tuple(map(move_slide, mechanism.joints))), solver)
+    usual, orders = table.derivatives_by_angle, table.motion_orders
+    moved = other.point_derivatives(other.derivatives(table.angle, orders[-1]))
     values = dict(table.values)
     for point in table.scene.lengths:
-        for order, (letter, _) in enumerate(MOTION.values()):
+        for order in orders:
+            letter, _ = MOTION[list(MOTION)[order]]
             by = (moved[point][order] - usual[point][order]) * table.scene.speed**order
             for k, axis in enumerate(AXES):
                 if (column := f"{point}.{letter}{axis}") in values:
