@@ -68,6 +68,8 @@ ALONE = {
     "exudyn": ("engines.exudyn",),
     "jax": ("engines.mjx",),
     "Box2D": ("engines.box2d",),
+    "newton": ("engines.newton",),
+    "warp": ("engines.newton",),
     "matplotlib": ("report", *DRAWINGS),
     "distributed": ("execution.cluster",),
     "click": ("cli", *VERBS),
@@ -137,7 +139,14 @@ def test_no_two_modules_import_each_other() -> None:
 
 @pytest.mark.parametrize(
     ("name", "library"),
-    [("mujoco", "mujoco"), ("pymunk", "pymunk"), ("exudyn", "exudyn"), ("box2d", "Box2D"), ("mjx", "jax")],
+    [
+        ("mujoco", "mujoco"),
+        ("pymunk", "pymunk"),
+        ("exudyn", "exudyn"),
+        ("box2d", "Box2D"),
+        ("mjx", "jax"),
+        ("newton", "newton"),
+    ],
 )
 def test_settings_of_an_engine_import_no_engine_library(name: str, library: str) -> None:
     # They stand in `__init__`, which is imported with every module of the package, be it only the translator.

@@ -44,7 +44,7 @@ class EngineConformance:
 
     Attributes:
         engine: under test.
-        scenes: names of conrod's scenes that the engine is run on.
+        scenes: names of conrod's scenes that the engine is run on; empty for an engine that runs in space alone.
         steps: per revolution, the second twice the first.
         first_order: presets whose error is of first order, in which a lag cannot be told from it.
         rounding: rounding of the engine's state, over the travel: 2e-6 in single precision.
@@ -204,6 +204,8 @@ class EngineConformance:
 
     def _machines(self, preset: str) -> Iterator[Scene]:
         """The scenes that the engine does not refuse; at least one is required."""
+        if not self.scenes:
+            pytest.skip(f"{self.engine.name} runs machines in space alone")
         taken = 0
         for name in self.scenes:
             if self.engine.refusal(SCENES[name], self.engine.presets[preset](SCENES[name], self.steps[0])) is None:

@@ -268,6 +268,9 @@ class ProgressBar(Watcher):
             self._bar.update(task.id, total=(task.total or 0) + new)
         self._begun = time.monotonic() if self._begun is None else self._begun
 
+    def on_note(self, text: str) -> None:
+        self._say(f"{self._description}: {text}")
+
     def on_emptied(self, count: int) -> None:
         self._say(f"{self._description}: the ledger's {count} runs are of an older conrod and are made again")
 

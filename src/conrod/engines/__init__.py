@@ -40,6 +40,7 @@ class EngineStyle:
         distribution: name under which the library is installed; empty if it is the engine's name.
         model_ending: ending of the names of its model files, if it writes any.
         missing_term: term that the engine leaves out of its accelerations, which its error law allows for; or empty.
+        first_run: what its first run on a machine does and how long that takes, if it is minutes; or empty.
     """
 
     title: str
@@ -49,6 +50,7 @@ class EngineStyle:
     distribution: str = ""
     model_ending: str = ".xml"
     missing_term: str = ""
+    first_run: str = ""
 
 
 # Engines that ship, each in the package `conrod.engines.NAME`: importing `engine.NAME_ENGINE` loads the engine, and
@@ -68,6 +70,12 @@ OPTIONAL_ENGINES: Mapping[str, EngineStyle] = {
         module="mujoco.mjx",
         distribution="mujoco-mjx",
         missing_term="dJ/dt v in the acceleration of its closures",
+    ),
+    "newton": EngineStyle(
+        "Newton",
+        "#E69F00",
+        "X",
+        first_run="Newton compiles kernels where a solver first runs, for minutes, and keeps them in ~/.cache/warp",
     ),
 }
 PLUGIN_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")

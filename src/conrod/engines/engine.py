@@ -87,6 +87,7 @@ PIECE_STEPS = 4096  # steps recorded at a time where a run is streamed
 # Relative difference between a given time step and one revolution over its steps: settings made for another speed are
 # off by more than the six digits that they are pasted with.
 STEP_TOLERANCE = 1e-5
+DOUBLE_EPSILON = float(np.finfo(float).eps)
 SINGLE_EPSILON = float(np.finfo(np.float32).eps)  # relative spacing of the numbers that an engine may keep a state in
 
 
@@ -284,11 +285,13 @@ class Engine(ABC, Generic[AnySettings]):
         name: on the command line, in settings and results.
         version: version of the installed engine.
         presets: by name, the engine as it comes (`STOCK`) first.
+        epsilon: relative spacing of the numbers in which a state is kept, for an engine that has no double precision.
     """
 
     name: str
     version: str
     presets: Mapping[str, Preset[AnySettings]]
+    epsilon: float = DOUBLE_EPSILON
 
     def has_capability(self, kind: type[Any]) -> bool:
         """Return True if the engine has the methods of a protocol of `conrod.engines.capabilities`."""

@@ -45,6 +45,9 @@ class Watcher:
     def on_start(self, total: int, already_finished: int) -> None:
         """Called when cases begin to run: their number, and how many have a result already."""
 
+    def on_note(self, text: str) -> None:
+        """Called with a line on what is to be expected, before the cases begin."""
+
     def on_emptied(self, count: int) -> None:
         """Called with the number of runs of an older conrod that were removed from the ledger."""
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from conrod.comparison.trajectory import Outcome
-from conrod.engines import Engine
+from conrod.engines import Engine, engine_style
 from conrod.engines.capabilities import MissingCapability, SpatialRuns, capability
+from conrod.engines.engine import DOUBLE_EPSILON
 from conrod.errors import InvalidInput, as_names
 from conrod.execution.local import FailedCall, call_each
 from conrod.execution.resolve_arguments import (
@@ -32,6 +33,7 @@ from conrod.studies.space.study import run_cell
 
 STEPS_PER_REV, REVOLUTIONS = 1000, 2
 MAX_STEPS = 2_000_000  # of a run
+MIN_TOLERANCE_EPSILONS = 8.4  # least tolerance over the spacing of an engine's numbers: 1e-6 in single precision
 
 
 def validate_in_space(
@@ -70,18 +72,21 @@ def validate_in_space(
     if path[-1] * revolutions > MAX_STEPS:
         raise InvalidInput(f"{path[-1] * revolutions:,} steps are too many: a run in space may have {MAX_STEPS:,}")
     asked = None if tolerance is None else check_tolerance(tolerance, UNITS)
+    scales = {name: motion_scales(MACHINES[name]()) for name in chosen}
+    too_coarse = _coarse_engines(able, asked or {}, [*scales.values()])
+    if reason := next((too_coarse[name] for name in engine_names_given(engines) if name in too_coarse), ""):
+        raise InvalidInput(reason)
     cells = [
         SpatialCell(name, engine.name, one, path, revolutions)
         for name in chosen
         for engine in able
         for one in presets[engine.name]
     ]
-    results, studies = _run_cells(cells, runs or Runs()), dict[str, SpatialStudy]()
+    results, studies = _run_cells(cells, runs or Runs(), too_coarse), dict[str, SpatialStudy]()
     for name in chosen:
         machine = MACHINES[name]()
-        scales = motion_scales(machine)
-        judged = tuple(_judge_result(one, asked, scales) for one in results if one.scene == name)
-        studies[name] = SpatialStudy(name, machine.title, dict(machine.drives), scales, judged)
+        judged = tuple(_judge_result(one, asked, scales[name]) for one in results if one.scene == name)
+        studies[name] = SpatialStudy(name, machine.title, dict(machine.drives), scales[name], judged)
     call = text_of_call(
         "validate_in_space",
         *([] if chosen == tuple(MACHINES) else [list(chosen)]),
@@ -120,18 +125,48 @@ def _steps_to_run(steps_per_rev: int | Sequence[int]) -> tuple[int, ...]:
     return tuple(sorted({steps for steps in given if steps >= STEPS_RANGE[0]}))
 
 
-def _run_cells(cells: Sequence[SpatialCell], runs: Runs) -> list[SpatialResult]:
-    """Run all cells in other processes; a process that crashes costs its cell alone."""
-    found = list[SpatialResult]()
-    with runs.processes() as processes, runs.progress("runs", Outcome.COMPLETED.slug) as watcher:
-        watcher.on_start(len(cells), 0)
-        for cell, made in zip(cells, call_each(processes, run_cell, cells), strict=True):
-            if isinstance(made, FailedCall):
-                found.append(replace(cell.empty_result(), outcome=made.outcome.slug, reason=made.reason))
-            else:
-                found.append(made)
-            watcher.on_case_end(None, found[-1].outcome)
+def _coarse_engines(
+    engines: Sequence[Engine[Any]], asked: Mapping[str, Limit], scales: Sequence[Mapping[str, float]]
+) -> dict[str, str]:
+    """Reasons, by engine, why its precision cannot tell whether it is within the tolerances."""
+    found = dict[str, str]()
+    for engine in engines:
+        least = MIN_TOLERANCE_EPSILONS * engine.epsilon
+        for name, limit in asked.items():
+            share = min(_as_share(limit, own[name]) for own in scales)
+            if engine.epsilon > DOUBLE_EPSILON and share < least:
+                reason = (
+                    f"--tolerance {name}={share:.3g}L: {engine.name} computes in single precision, which tells "
+                    f"{engine.epsilon:.1e} of it: ask for {least:.0e}L or more"
+                )
+                found.setdefault(engine.name, reason)
     return found
+
+
+def _run_cells(cells: Sequence[SpatialCell], runs: Runs, refused: Mapping[str, str]) -> list[SpatialResult]:
+    """Run all cells in other processes; a process that crashes costs its cell alone.
+
+    Args:
+        refused: reasons, by engine, why its cells are not run.
+    """
+    to_run = [cell for cell in cells if cell.engine not in refused]
+    found = {
+        cell: replace(cell.empty_result(), outcome=Outcome.UNSUPPORTED.slug, reason=refused[cell.engine])
+        for cell in cells
+        if cell.engine in refused
+    }
+    with runs.processes() as processes, runs.progress("runs", Outcome.COMPLETED.slug) as watcher:
+        for note in dict.fromkeys(engine_style(cell.engine).first_run for cell in to_run):
+            if note:
+                watcher.on_note(note)
+        watcher.on_start(len(to_run), 0)
+        for cell, made in zip(to_run, call_each(processes, run_cell, to_run), strict=True):
+            if isinstance(made, FailedCall):
+                found[cell] = replace(cell.empty_result(), outcome=made.outcome.slug, reason=made.reason)
+            else:
+                found[cell] = made
+            watcher.on_case_end(None, found[cell].outcome)
+    return [found[cell] for cell in cells]
 
 
 def _judge_result(
@@ -140,7 +175,9 @@ def _judge_result(
     """Judge a result by the tolerances that were asked for, in SI or as shares of the scales."""
     if asked is None:
         return result
-    shares = {
-        name: limit.size if isinstance(limit, UnscaledLimit) else limit / scales[name] for name, limit in asked.items()
-    }
-    return result.with_verdict(shares)
+    return result.with_verdict({name: _as_share(limit, scales[name]) for name, limit in asked.items()})
+
+
+def _as_share(limit: Limit, scale: float) -> float:
+    """A tolerance as a share of its quantity's scale."""
+    return limit.size if isinstance(limit, UnscaledLimit) else limit / scale
