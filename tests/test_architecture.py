@@ -60,6 +60,7 @@ ALONE = {
         "models.inspection",
         "models.invariances",
         "models.lint",
+        "models.engine_comparison",
         "models.loops",
         "models.upgrades.release_calls",
         "user_files.in_memory",

@@ -26,6 +26,7 @@ ON_DEMAND = {
     ("models.check", "studies.detection"), ("guide.explain", "models.lint"),
     ("guide.explain", "studies.limits"),
     ("models.check", "models.inspection"),
+    ("models.check", "models.engine_comparison"),
     ("studies.versions", "models.upgrades"), ("studies.validation", "studies.space"),
 }  # fmt: skip
 ASSEMBLED = "verification"  # puts findings of others together, and stands above them

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from conrod.mechanism.mechanism import Mechanism as Mechanism
     from conrod.models.check.api import check_model as check_model
     from conrod.models.check.dispatch import check as check
+    from conrod.models.engine_comparison.api import check_loops_in_engines as check_loops_in_engines
     from conrod.models.export.api import export as export
     from conrod.models.fmu.api import check_fmu as check_fmu
     from conrod.models.harden.api import harden as harden

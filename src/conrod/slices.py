@@ -86,6 +86,11 @@ SLICES = (
     Slice("models.fmu", functions={"check_fmu": "api"}, uses=("models.tables",)),
     Slice("models.loops", functions={"check_loops": "api"}, reports={"loops": "report.LOOPS_REPORT"}),
     Slice(
+        "models.engine_comparison",
+        functions={"check_loops_in_engines": "api"},
+        uses=("models.loops", "studies.space"),
+    ),
+    Slice(
         "models.inspection",
         functions={"inspect_model": "api"},
         reports={"inspection": "report.INSPECTION_REPORT"},
@@ -168,3 +173,8 @@ SLICES = (
         functions={"begin_project": "api"},
     ),
 )
+
+
+def has_slice(folder: str) -> bool:
+    """Return True if this conrod has the feature of a folder."""
+    return any(one.folder == folder for one in SLICES)

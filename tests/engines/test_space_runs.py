@@ -159,12 +159,12 @@ def test_an_open_loop_has_no_errors(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_joints_that_no_engine_is_given_are_refused() -> None:
     bench = prepare_bench("rssr")
-    closure = replace(bench.start.tree.closures[0], kind="joint", points=(), sums=({0: 1.0}, {}))
+    closure = replace(bench.start.tree.closures[0], kind="tendon", points=(), sums=({0: 1.0}, {}))
     tree = replace(bench.start.tree, closures=(closure,))
     start = replace(bench.start, machine=DrivenTree(tree, bench.start.machine.laws))
     for engine in ("mujoco", *(name for name in installed_extras() if name in ("exudyn", "newton"))):
         runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
-        assert "connect or a weld, no joint" in (runs.refusal_in_space(start, "stock") or "")
+        assert ", no tendon" in (runs.refusal_in_space(start, "stock") or "")
         assert runs.refusal_in_space(bench.start, "stock") is None
 
 

@@ -15,6 +15,7 @@ import click
 from conrod.cli import completion, model_completion
 from conrod.cli.completion import TYPED
 from conrod.errors import InvalidInput
+from conrod.slices import has_slice
 
 RUN_TIMEOUT = 600.0  # [s]
 MAX_PROCESS_MEMORY = 2.0**60  # [bytes]; the largest --cell-memory
@@ -196,6 +197,17 @@ def refuse_others(asked: Any, subject: str, *taken: str) -> None:
         raise InvalidInput(
             f"{other} does not go with {subject}, which takes {', '.join(one for one in taken if one != subject)}"
         )
+
+
+def compares_engines(asked: Any, folder: str) -> bool:
+    """Return True if engines are to be compared: others than MuJoCo by itself, or settings of it, are named.
+
+    Args:
+        folder: the slice that compares them; this conrod may have none.
+    """
+    settings = (asked.preset, asked.steps_per_rev, asked.revolutions)
+    other = asked.engine != ("mujoco",) or any(one is not None for one in settings)
+    return bool(asked.engine) and other and has_slice(folder)
 
 
 def explicit_options(asked: Any, *left_out: str) -> dict[str, Any]:

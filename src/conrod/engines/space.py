@@ -76,7 +76,8 @@ def exact_start(tree: SpatialTree, laws: Mapping[str, DriveLaw], names: Iterable
 def widest_gaps(tree: SpatialTree, run: SpatialRun) -> dict[str, float]:
     """Largest distance [m] between the two ends of each closure, by its name; they coincide in a closed loop.
 
-    A weld has further ends at arms as long as the tree's extent, which show its rotation.
+    A weld has further ends at arms as long as the tree's extent, which show its rotation. A coupling of joints has no
+    ends.
     """
     return {
         closure: max(
@@ -91,6 +92,8 @@ def _closure_ends(tree: SpatialTree) -> dict[str, list[tuple[tuple[str, SpatialP
     """Pairs of points that coincide while a closure is closed, each with a name, by the closure's name."""
     found = {}
     for k, closure in enumerate(tree.closures):
+        if not closure.points:
+            continue
         turns = (np.eye(3) if closure.turn is None else closure.turn, np.eye(3))
         arms = np.zeros((1, 3)) if closure.turn is None else tree.extent * np.vstack([np.zeros(3), np.eye(3)])
         ends = [

@@ -35,7 +35,7 @@ from conrod.engines.exudyn import EXUDYN_PRESETS
 from conrod.engines.exudyn.stepping import BLOCK_STEPS, ExudynSystem, SolverStepper, silence_output
 from conrod.engines.space import SpatialRun, SpatialStart
 from conrod.exact.motion import Array
-from conrod.exact.space import SpatialBody, SpatialJoint, SpatialPoint
+from conrod.exact.space import SpatialBody, SpatialClosure, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.exact.space.drive_laws import DriveLaw
 from conrod.exact.space.forward_kinematics import rotation_matrices
 from conrod.exact.space.motion import SpatialMotion
@@ -45,7 +45,7 @@ LISTS = {
     "jointOffsets": exudyn.Vector3DList, "linkCOMs": exudyn.Vector3DList,
 }  # fmt: skip
 JOINT_TYPES = {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.PrismaticZ}
-CLOSURES = ("connect", "weld")
+CLOSURES = ("connect", "weld", "joint")
 MOTION = ("Position", "Velocity", "Acceleration")  # of a sensor
 RATE_ROUNDING = 1e-12  # of the largest rate, by which a constant one may change
 SINGULAR_BALL = math.cos(math.radians(70.0))  # of a ball's second angle: beyond it its hinges are nearly singular
@@ -57,7 +57,9 @@ def refusal_in_space(start: SpatialStart, preset: str) -> str | None:
     if other := sorted({joint.kind for joint in tree.joints} - {*JOINT_TYPES, "ball"}):
         return f"exudyn in space is given hinges, slides and balls, no {' or '.join(other)} joints"
     if other := sorted({closure.kind for closure in tree.closures} - {*CLOSURES}):
-        return f"exudyn in space is given loops closed by a connect or a weld, no {' or '.join(other)}"
+        return f"exudyn in space is given loops closed by connects, welds and couplings, no {' or '.join(other)}"
+    if any(any(one.polynomial[2:]) or (not one.points and not all(one.sums)) for one in tree.closures):
+        return "exudyn in space is given couplings that are linear, of two joints that both move"
     if any(not body.joints and body.mass > 0.0 for body in tree.bodies[1:]):
         return "exudyn in space is given no body without a joint"
     return None
@@ -233,6 +235,9 @@ def build_in_space(start: SpatialStart, chain: KinematicChain) -> SpatialSystem:
         return int(system.AddMarker(MarkerKinematicTreeRigid(objectNumber=number, **at)))
 
     for closure in tree.closures:
+        if not closure.points:
+            _add_coupling(system, closure, tree, node, chain)
+            continue
         turns = (np.eye(3) if closure.turn is None else closure.turn, np.eye(3))
         ends = [marker(point, turn) for point, turn in zip(closure.points, turns, strict=True)]
         joint = ObjectJointSpherical if closure.kind == "connect" else ObjectJointGeneric
@@ -251,6 +256,19 @@ def build_in_space(start: SpatialStart, chain: KinematicChain) -> SpatialSystem:
     }  # fmt: skip
     system.Assemble()
     return SpatialSystem(container, system, -1, sensors, offsets)
+
+
+def _add_coupling(system: Any, closure: SpatialClosure, tree: SpatialTree, node: int, chain: KinematicChain) -> None:
+    """Constrain a joint's coordinate to a linear function of another's, both from their references."""
+    names = {joint.rate: joint.name for joint in tree.joints}
+    ends = [
+        system.AddMarker(MarkerNodeCoordinate(nodeNumber=node, coordinate=chain.of_joint[names[rate]]))
+        for terms in closure.sums
+        for rate in terms
+    ]
+    constant, factor = closure.polynomial[:2]
+    # Exudyn holds factor1 times the second coordinate, less the first, to the offset.
+    system.AddObject(ObjectConnectorCoordinate(markerNumbers=ends, factor1=factor, offset=-constant))
 
 
 def _add_drives(system: Any, start: SpatialStart, node: int, chain: KinematicChain) -> tuple[LawOffset, ...]:

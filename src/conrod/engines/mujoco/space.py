@@ -15,7 +15,7 @@ from conrod.engines.space import SpatialRun, SpatialStart
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialBody, SpatialPoint, SpatialTree
 
-CLOSURES = ("connect", "weld")
+CLOSURES = ("connect", "weld", "joint")
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
 INTEGRATION = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 
@@ -23,7 +23,9 @@ INTEGRATION = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 def refusal_in_space(start: SpatialStart, preset: str) -> str | None:
     """Return the reason why MuJoCo is not given a machine in space, or None."""
     if other := sorted({closure.kind for closure in start.tree.closures} - {*CLOSURES}):
-        return f"mujoco in space is given loops closed by a connect or a weld, no {' or '.join(other)}"
+        return f"mujoco in space is given loops closed by connects, welds and couplings, no {' or '.join(other)}"
+    if any(not one.points and not one.sums[0] for one in start.tree.closures):
+        return "mujoco in space is given no coupling whose dependent joint is held"
     return None
 
 
@@ -39,6 +41,11 @@ def spatial_mjcf(tree: SpatialTree, points: Iterable[SpatialPoint] = ()) -> str:
         _add_site(bodies[point.body], f"point {k}", point.offset, np.eye(3))
     equality = ET.SubElement(root, "equality")
     for k, closure in enumerate(tree.closures):
+        if not closure.points:
+            (one,), other = ([f"joint {rate}" for rate in terms] for terms in closure.sums)
+            pair = {"joint1": one} | ({"joint2": other[0]} if other else {})
+            ET.SubElement(equality, "joint", {**pair, "polycoef": _text(np.array(closure.polynomial))})
+            continue
         turns = (np.eye(3) if closure.turn is None else closure.turn, np.eye(3))
         names = [f"closure {k} {end}" for end in (1, 2)]
         for name, point, turn in zip(names, closure.points, turns, strict=True):
@@ -57,7 +64,7 @@ def _add_body(parent: ET.Element, name: str, body: SpatialBody) -> ET.Element:
         scalar = {"axis": _text(joint.axis), "ref": repr(joint.reference)} if joint.kind in ("hinge", "slide") else {}
         where = {} if joint.kind == "free" else {"pos": _text(joint.anchor)}
         own = {"armature": repr(joint.armature), "damping": repr(joint.damping)}
-        ET.SubElement(made, "joint", {"type": joint.kind, **where, **scalar, **own})
+        ET.SubElement(made, "joint", {"name": f"joint {joint.rate}", "type": joint.kind, **where, **scalar, **own})
     return made
 
 

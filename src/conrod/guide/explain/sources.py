@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import conrod
-from conrod.slices import SLICES
+from conrod.slices import has_slice
 
 PACKAGE = "conrod.guide.explain"
 # Tables of words.toml that have a page for each word, with what their words are.
@@ -85,7 +85,7 @@ def _presets() -> Iterator[WordMeaning]:
 
 
 def _lint_rules() -> Iterator[WordMeaning]:
-    if not any(one.folder == "models.lint" for one in SLICES):
+    if not has_slice("models.lint"):
         return
     from conrod.models.lint.linting import RULES
 
@@ -96,7 +96,7 @@ def _lint_rules() -> Iterator[WordMeaning]:
 
 
 def _ingredients() -> Iterator[WordMeaning]:
-    if not any(one.folder == "studies.ablate" for one in SLICES):
+    if not has_slice("studies.ablate"):
         return
     from conrod.engines import loadable_engines
     from conrod.engines.capabilities import ModelIngredients
@@ -115,7 +115,7 @@ def _ingredients() -> Iterator[WordMeaning]:
 
 
 def _axes() -> Iterator[WordMeaning]:
-    if not any(one.folder == "studies.limits" for one in SLICES):
+    if not has_slice("studies.limits"):
         return
     from conrod.studies.limits.axes import AXES
 

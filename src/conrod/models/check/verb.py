@@ -17,6 +17,7 @@ from conrod.cli.options import (
     RUNS,
     VerificationOptions,
     columns_in,
+    compares_engines,
     controls_in,
     names_in,
     option,
@@ -25,7 +26,7 @@ from conrod.cli.options import (
     tolerance_in,
 )
 from conrod.errors import InvalidInput, OutsideLoopsError, named_values
-from conrod.slices import SLICES
+from conrod.slices import has_slice
 from conrod.user_files import FILES
 
 
@@ -74,12 +75,10 @@ class CheckOptions(VerificationOptions):
     torque: str | None = option("--torque", RUNS, metavar="TORQUE", help="On a table's crank: 5 Nm, a column, a file.")
     start: str | None = option("--start", RUNS, metavar="SPEED", help="Of its crank, e.g. 0rpm or 0rpm,30deg.")
     preset: str | None = option("--preset", RUNS)
-    cell_timeout: float | None = option(
-        "--cell-timeout", RUNS, type=float, metavar="SECONDS", help="Longest run of an FMU [600 s]."
-    )
+    cell_timeout: float | None = option("--cell-timeout", RUNS, type=float, hidden=True)  # of an FMU [600 s]
     fresh: bool = option("--fresh", RUNS, is_flag=True, help="Judge a model again that the ledger has judged.")
     ledger: str | None = option("--ledger", RUNS, hidden=True)
-    engine: tuple[str, ...] = option("--engine", hidden=True)
+    engine: tuple[str, ...] = option("--engine", RUNS)
 
     @property
     def runs(self) -> Any:
@@ -90,6 +89,7 @@ class CheckOptions(VerificationOptions):
         return Runs(self.ledger, self.fresh, progress=ProgressBar)
 
 
+INSPECTION, COMPARISON = "models.inspection", "models.engine_comparison"
 MODEL_OPTIONS = ("crank", "points", "plane", "rotation", "crank_zero", "keyframe", "controls", "qualify")
 TABLE_OPTIONS = ("columns", "estimate")
 TORQUE_OPTIONS = ("torque", "start")
@@ -117,7 +117,8 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
         return
     scene, spatial = asked.scene, machines_in_space([*files, asked.scene or ""])
     models = all(name.lower().endswith(MODELS) or name in spatial for name in files)
-    if all(name.lower().endswith(MODELS) for name in files) and scene is None and not asked.drives and can_inspect():
+    alone = scene is None and not asked.drives and not compares_engines(asked, COMPARISON)
+    if alone and all(name.lower().endswith(MODELS) for name in files) and has_slice(INSPECTION):
         _inspect(files, asked)
         return
     if models and (scene is None or (scene in spatial and scene != SPATIAL) or scene.lower().endswith(MODELS)):
@@ -137,7 +138,7 @@ def check(files: tuple[str, ...], asked: CheckOptions) -> None:
         raise InvalidInput(f"{name}: say with --scene what machine it is; `conrod show` lists them")
     refuse(asked, "--scene: it is for a model that is its own reference", "drives", "seconds")
     if asked.engine:
-        raise InvalidInput("--engine does not go with a file: it is for scenes, in `conrod validate`")
+        raise InvalidInput("--engine does not go with --scene: engines are compared on a model's own --drive")
     if name.lower().endswith(MODELS):
         _judge_model(name, asked)
     else:
@@ -307,11 +308,6 @@ def _judge_torque_run(path: Path, scene: tuple[str, Any], asked: CheckOptions) -
 # -- a model of which nothing is said ----------------------------------------------------------------------------------
 
 
-def can_inspect() -> bool:
-    """True where this conrod has inspections."""
-    return any(one.folder == "models.inspection" for one in SLICES)
-
-
 def _inspect(names: tuple[str, ...], asked: CheckOptions, drives: Mapping[str, str] | None = None, *said: str) -> None:
     """Inspect model files; `drives` are laws of actuators, or of joints outside loops, `said` files said to run."""
     from conrod.models.inspection.verb import inspect_models
@@ -333,8 +329,11 @@ def judge_loops(command: str, names: tuple[str, ...], asked: CheckOptions) -> No
     from conrod.scenes.space import MACHINES, SPATIAL
     from conrod.user_files.files import check_readable, protected_model_files
 
-    if others := [name for name in asked.engine if name != "mujoco"]:
-        raise InvalidInput(f"--engine {others[0]}: unsupported, the loops of a model run in mujoco alone")
+    if compares_engines(asked, COMPARISON):
+        from conrod.models.engine_comparison.verb import compare_engines
+
+        compare_engines(names, asked, _unit_of_model(asked))
+        return
     refuse_others(asked, "--drive" if asked.drives or asked.scene else "a model without --scene", *OPTIONS_WITH_DRIVE)
     subjects = tuple(MACHINES) if SPATIAL in names else names
     parts, inputs = dict[str, str](), dict[str, Path]()
@@ -375,7 +374,7 @@ def judge_loops(command: str, names: tuple[str, ...], asked: CheckOptions) -> No
                 runs=asked.runs,
             )
         except OutsideLoopsError:
-            if not can_inspect() or SPATIAL in names or any(name in MACHINES for name in subjects):
+            if not has_slice(INSPECTION) or SPATIAL in names or any(name in MACHINES for name in subjects):
                 raise
             under_way.close()
             _inspect(names, asked, drives, *(name for name, printed in notices.items() if printed.is_set()))

@@ -67,25 +67,23 @@ def validate_in_space(
     for name in chosen:
         MACHINES[name]  # says which there are
     able = engines_in_space(engines)
-    presets, path = select_presets(able, preset), _steps_to_run(steps_per_rev)
+    presets, path = select_presets(able, preset), steps_to_run(steps_per_rev)
     check_count("--revolutions", revolutions, *REVOLUTIONS_RANGE)
     if path[-1] * revolutions > MAX_STEPS:
         raise InvalidInput(f"{path[-1] * revolutions:,} steps are too many: a run in space may have {MAX_STEPS:,}")
     asked = None if tolerance is None else check_tolerance(tolerance, UNITS)
     scales = {name: motion_scales(MACHINES[name]()) for name in chosen}
-    too_coarse = _coarse_engines(able, asked or {}, [*scales.values()])
-    if reason := next((too_coarse[name] for name in engine_names_given(engines) if name in too_coarse), ""):
-        raise InvalidInput(reason)
+    too_coarse = refuse_finer_than_precision(able, engines, asked or {}, [*scales.values()])
     cells = [
         SpatialCell(name, engine.name, one, path, revolutions)
         for name in chosen
         for engine in able
         for one in presets[engine.name]
     ]
-    results, studies = _run_cells(cells, runs or Runs(), too_coarse), dict[str, SpatialStudy]()
+    results, studies = run_cells(cells, runs or Runs(), too_coarse), dict[str, SpatialStudy]()
     for name in chosen:
         machine = MACHINES[name]()
-        judged = tuple(_judge_result(one, asked, scales[name]) for one in results if one.scene == name)
+        judged = tuple(judge_result(one, asked, scales[name]) for one in results if one.scene == name)
         studies[name] = SpatialStudy(name, machine.title, dict(machine.drives), scales[name], judged)
     call = text_of_call(
         "validate_in_space",
@@ -115,7 +113,7 @@ def engines_in_space(engines: Engines) -> list[Engine[Any]]:
     return capable
 
 
-def _steps_to_run(steps_per_rev: int | Sequence[int]) -> tuple[int, ...]:
+def steps_to_run(steps_per_rev: int | Sequence[int]) -> tuple[int, ...]:
     """Numbers of steps in a revolution, in increasing order: as given, or a single number and its half."""
     given = [steps_per_rev] if isinstance(steps_per_rev, int) else list(steps_per_rev)
     for steps in given:
@@ -125,12 +123,19 @@ def _steps_to_run(steps_per_rev: int | Sequence[int]) -> tuple[int, ...]:
     return tuple(sorted({steps for steps in given if steps >= STEPS_RANGE[0]}))
 
 
-def _coarse_engines(
-    engines: Sequence[Engine[Any]], asked: Mapping[str, Limit], scales: Sequence[Mapping[str, float]]
+def refuse_finer_than_precision(
+    able: Sequence[Engine[Any]], given: Engines, asked: Mapping[str, Limit], scales: Sequence[Mapping[str, float]]
 ) -> dict[str, str]:
-    """Reasons, by engine, why its precision cannot tell whether it is within the tolerances."""
+    """Return reasons, by engine, why its precision cannot tell whether it is within the tolerances.
+
+    Args:
+        given: engines as the user named them.
+
+    Raises:
+        InvalidInput: it is so of an engine that was named.
+    """
     found = dict[str, str]()
-    for engine in engines:
+    for engine in able:
         least = MIN_TOLERANCE_EPSILONS * engine.epsilon
         for name, limit in asked.items():
             share = min(_as_share(limit, own[name]) for own in scales)
@@ -140,10 +145,12 @@ def _coarse_engines(
                     f"{engine.epsilon:.1e} of it: ask for {least:.0e}L or more"
                 )
                 found.setdefault(engine.name, reason)
+    if named := next((found[name] for name in engine_names_given(given) if name in found), ""):
+        raise InvalidInput(named)
     return found
 
 
-def _run_cells(cells: Sequence[SpatialCell], runs: Runs, refused: Mapping[str, str]) -> list[SpatialResult]:
+def run_cells(cells: Sequence[SpatialCell], runs: Runs, refused: Mapping[str, str]) -> list[SpatialResult]:
     """Run all cells in other processes; a process that crashes costs its cell alone.
 
     Args:
@@ -169,7 +176,7 @@ def _run_cells(cells: Sequence[SpatialCell], runs: Runs, refused: Mapping[str, s
     return [found[cell] for cell in cells]
 
 
-def _judge_result(
+def judge_result(
     result: SpatialResult, asked: Mapping[str, Limit] | None, scales: Mapping[str, float]
 ) -> SpatialResult:
     """Judge a result by the tolerances that were asked for, in SI or as shares of the scales."""

@@ -2,17 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from conrod.engines import engine_named, is_plugin
+from conrod.engines.space import SpatialStart
 from conrod.exact.motion import QUANTITIES
 from conrod.scenes.space import SpatialMachine
 from conrod.scenes.space.tree import exact_points, law_period, machine_laws
 from conrod.studies.space.results import SpatialResult
 
 SCALE_SAMPLES = 721  # in a revolution, by which L and the largest speed and acceleration are found
+
+
+@dataclass(frozen=True, eq=False)
+class SpatialModel:
+    """A user's model as the machine in space that engines are given; its exact motion is that of its own tree.
+
+    Attributes:
+        start: its exact start, whose machine has been tracked for the whole run.
+        scales: as in `SpatialStudy`.
+    """
+
+    start: SpatialStart
+    scales: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -23,6 +38,7 @@ class SpatialCell:
         machine, engine, preset: names.
         steps: numbers of steps in a revolution of the slowest drive, growing; the last is judged.
         revolutions: length of the runs.
+        model: what is run where the machine is a user's; None for one that is known by its name.
     """
 
     machine: str
@@ -30,6 +46,7 @@ class SpatialCell:
     preset: str
     steps: tuple[int, ...]
     revolutions: int
+    model: SpatialModel | None = field(default=None, repr=False)
 
     @property
     def plugin_name(self) -> str | None:

@@ -209,6 +209,7 @@ def results_to_print(studies: Sequence[SpatialStudy]) -> Iterator[PrintedPart]:
     yield verdicts_table(studies)
     run = studies[0].results[0]
     yield f"{run.steps_per_rev} steps in a revolution of the slowest drive, {run.revolutions} of them"
+    yield from (f"{study.name}: {remark}" for study in studies for remark in study.remarks)
 
 
 def _summary(study: SpatialStudy) -> dict[str, Any]:

@@ -48,7 +48,7 @@ class StepRun:
 
 @dataclass(frozen=True, kw_only=True)
 class SpatialResult(JudgedResult):
-    """A machine in space in an engine with a preset, compared with its closed form at the same times.
+    """A machine in space in an engine with a preset, compared with its exact motion at the same times.
 
     Attributes:
         steps_per_rev: steps in a revolution of the slowest drive, or in its law; `revolutions` of them are run.
@@ -117,6 +117,9 @@ class SpatialStudy:
     Attributes:
         drives: law of each driven joint, as text.
         scales: L [m], the largest speed [m/s] and the largest acceleration [m/s^2], which errors are divided by.
+        file: the user's model that it is, whose exact motion is that of its own tree; empty for a machine with a closed
+            form.
+        remarks: what of the file engines are not given, and what was found as it was read.
     """
 
     name: str
@@ -124,6 +127,8 @@ class SpatialStudy:
     drives: Mapping[str, str]
     scales: Mapping[str, float]
     results: tuple[SpatialResult, ...]
+    file: str = ""
+    remarks: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:

@@ -16,7 +16,7 @@ from conrod.engines.capabilities import SpatialRuns, require_capability
 from conrod.engines.plugin_values import EngineFault
 from conrod.engines.space import SpatialRun, SpatialStart, exact_start, widest_gaps
 from conrod.errors import InvalidInput
-from conrod.exact.motion import QUANTITIES
+from conrod.exact.motion import QUANTITIES, Array
 from conrod.scenes.space import MACHINES, SpatialMachine
 from conrod.scenes.space.tree import exact_points, machine_laws, spatial_tree
 from conrod.studies.space.plan import SpatialCell, motion_scales
@@ -28,10 +28,17 @@ TIMED_STEPS, TIMINGS = 200, 3  # steps of a timing at most, half of them to warm
 
 @dataclass(frozen=True, eq=False)
 class SpatialBench:
-    """A machine in space with its closed form, and its exact start."""
+    """A machine in space with its exact start and motion: in closed form, or of its own tree where it has none."""
 
-    machine: SpatialMachine
+    machine: SpatialMachine | None
     start: SpatialStart
+
+    def exact(self, times: Array) -> Mapping[str, Array]:
+        """Exact position, velocity and acceleration (3, T, 3) of each observed point at times (T,) [s]."""
+        if self.machine is not None:
+            return exact_points(self.machine, times)
+        moved = self.start.machine.motion(times, 2).points
+        return {name: np.array([one.position, one.velocity, one.acceleration]) for name, one in moved.items()}
 
 
 @cache
@@ -44,8 +51,9 @@ def prepare_bench(name: str) -> SpatialBench:
 
 def run_cell(cell: SpatialCell) -> SpatialResult:
     """Run a machine in an engine with each number of steps, and compare it; call it in a separate process."""
-    bench, empty = prepare_bench(cell.machine), cell.empty_result()
-    scales, runs = motion_scales(bench.machine), list[StepRun]()
+    empty, runs = cell.empty_result(), list[StepRun]()
+    bench = prepare_bench(cell.machine) if cell.model is None else SpatialBench(None, cell.model.start)
+    scales = motion_scales(MACHINES[cell.machine]()) if cell.model is None else cell.model.scales
     engine = require_capability(engine_named(cell.engine), SpatialRuns)
     try:
         reason = engine.refusal_in_space(bench.start, cell.preset)
@@ -84,7 +92,7 @@ def _timed_run(
 
 
 def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[str, float]) -> StepRun:
-    """Compare a run with the closed form at the same times."""
+    """Compare a run with the exact motion at the same times."""
     length = scales[QUANTITIES[0]]
     gaps = widest_gaps(bench.start.tree, run)
     gap = max(gaps.values(), default=0.0) / length
@@ -93,7 +101,7 @@ def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[
     finite = np.all([np.isfinite(one).all(axis=(0, 2)) for one in run.points.values()], axis=0)
     if not finite.all():
         return StepRun(steps, Outcome.DIVERGED.slug, f"not finite from {run.times[np.argmin(finite)]:.6g} s on")
-    exact = exact_points(bench.machine, run.times)
+    exact = bench.exact(run.times)
     off = np.array([np.linalg.norm(run.points[name] - exact[name], axis=2).max(axis=1) for name in exact]).max(axis=0)
     errors = {name: float(size) / scales[name] for name, size in zip(QUANTITIES, off, strict=True)}
     if errors["position"] > MAX_REACH_SIZES:

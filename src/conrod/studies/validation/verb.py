@@ -9,7 +9,6 @@ import click
 from conrod.cli import completion, options, say
 from conrod.cli.options import OUTPUT, RunOptions, VerificationOptions, option, refuse, tolerance_in
 from conrod.errors import InvalidInput
-from conrod.slices import SLICES
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
 
     MuJoCo alone runs them with all that is asked of a model's loops; engines that are named are compared.
     """
-    if _compares_engines(asked):
+    if options.compares_engines(asked, "studies.space"):
         from conrod.studies.space.verb import compare_engines
 
         compare_engines(names, asked)
@@ -129,10 +128,3 @@ def _validate_in_space(names: tuple[str, ...], asked: ValidateOptions) -> None:
     options.refuse_others(asked, "a machine in space", *TAKEN_IN_SPACE)
     common = {name: getattr(asked, name) for name in TAKEN_FIELDS}
     judge_loops("validate", names, replace(CheckOptions(), engine=asked.engine, **common))
-
-
-def _compares_engines(asked: ValidateOptions) -> bool:
-    """True if engines are named, other than MuJoCo by itself, or settings of one, where conrod can compare them."""
-    settings = (asked.preset, asked.steps_per_rev, asked.revolutions)
-    other = asked.engine != ("mujoco",) or any(one is not None for one in settings)
-    return bool(asked.engine) and other and any(one.folder == "studies.space" for one in SLICES)
