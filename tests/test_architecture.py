@@ -68,6 +68,7 @@ ALONE = {
     "pymunk": ("engines.pymunk",),
     "exudyn": ("engines.exudyn",),
     "jax": ("engines.mjx",),
+    "pydrake": ("engines.drake",),
     "Box2D": ("engines.box2d",),
     "newton": ("engines.newton",),
     "warp": ("engines.newton",),
@@ -146,6 +147,7 @@ def test_no_two_modules_import_each_other() -> None:
         ("exudyn", "exudyn"),
         ("box2d", "Box2D"),
         ("mjx", "jax"),
+        ("drake", "pydrake"),
         ("newton", "newton"),
     ],
 )

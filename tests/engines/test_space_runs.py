@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -29,6 +30,10 @@ from conrod.studies.space.study import SpatialCell, prepare_bench, run_cell
 from conrod.testing import spinning_start
 
 NEEDS_EXUDYN = pytest.mark.skipif("exudyn" not in installed_extras(), reason="Exudyn is not installed")
+NEEDS_DRAKE = pytest.mark.skipif("drake" not in installed_extras(), reason="Drake is not installed")
+IN_SPACE = ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN), pytest.param("drake", marks=NEEDS_DRAKE)]
+# The preset of each engine whose positions are the most exact.
+EXACT_PRESETS = {"mujoco": "hardened", "exudyn": "stock", "drake": "tuned"}
 # Between them: oblique axes (bennett), a ball beside a loop, a law that is no constant speed, a weld, six drives.
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in ("sarrus", "stewart")]
 TAKEN = ("bennett", "rssr-idle-spin", "tilted-slider-crank", *SLOW)
@@ -84,18 +89,46 @@ def test_trapezoidal_rule_diverges_on_some_loops() -> None:
     assert "Newton's iteration did not converge" in found.reason
 
 
+@NEEDS_DRAKE
+@pytest.mark.parametrize(
+    "name", ["bennett", "tilted-slider-crank", pytest.param("rssr-idle-spin", marks=pytest.mark.slow), *SLOW]
+)
+def test_drake_is_of_order_two_in_space(name: str) -> None:
+    loose, tight = (ran(name, "drake", preset, 100, 200) for preset in ("stock", "tuned"))
+    for found in (loose, tight):
+        assert found.outcome == Outcome.COMPLETED.slug, found.reason
+    assert loose.order is not None
+    assert loose.order["position"] == pytest.approx(2.0, abs=0.15)
+    assert loose.order["velocity"] == pytest.approx(1.0, abs=0.25)
+    # Bushings hold the loops by far closer than constraints.
+    for quantity, share in (("position", 1e-2), ("velocity", 0.1), ("closure", 1e-2)):
+        assert tight.largest(quantity) < share * loose.largest(quantity), quantity  # type: ignore[operator]
+
+
 LAWS = {"constant": "60rpm", "sine": "sine:40deg,2Hz", "move": "move:0deg,80deg,0.5s", "table": "table:{}"}
+
+
+def machine_with_law(law: str, monkeypatch: pytest.MonkeyPatch, folder: Path) -> str:
+    """Make Cardan's joint with a law of its input known; return its name."""
+    file, times = folder / "law.csv", np.linspace(0.0, 0.5, 9)
+    np.savetxt(file, np.column_stack([times, 0.3 * np.sin(5.0 * times)]), delimiter=",")
+    return machine_of(monkeypatch, replace(MACHINES["cardan"](), drives={"input": LAWS[law].format(file)}))
 
 
 @NEEDS_EXUDYN
 @pytest.mark.parametrize("law", ["constant", "sine", "move", pytest.param("table", marks=pytest.mark.slow)])
 def test_engines_follow_laws_in_space(law: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
-    file = tmp_path / "law.csv"
-    times = np.linspace(0.0, 0.5, 9)
-    np.savetxt(file, np.column_stack([times, 0.3 * np.sin(5.0 * times)]), delimiter=",")
-    name = machine_of(monkeypatch, replace(MACHINES["cardan"](), drives={"input": LAWS[law].format(file)}))
+    name = machine_with_law(law, monkeypatch, tmp_path)
     assert ran(name, "exudyn", "stock").largest("position") < 1e-8  # type: ignore[operator]
     assert ran(name, "mujoco", "hardened").largest("position") < 1e-3  # type: ignore[operator]
+
+
+@NEEDS_DRAKE
+@pytest.mark.parametrize("law", ["constant", "sine", "move", pytest.param("table", marks=pytest.mark.slow)])
+def test_drake_follows_laws_in_space(law: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:
+    name = machine_with_law(law, monkeypatch, tmp_path)
+    assert ran(name, "drake", "stock", 100).largest("position") < 2e-3  # type: ignore[operator]
+    assert ran(name, "drake", "tuned", 100).largest("position") < 2e-5  # type: ignore[operator]
 
 
 @NEEDS_EXUDYN
@@ -106,7 +139,7 @@ def test_exudyn_runs_on_from_block_to_block() -> None:
     assert found.largest("velocity") < 1e-4  # type: ignore[operator]
 
 
-@pytest.mark.parametrize("engine", ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN)])
+@pytest.mark.parametrize("engine", IN_SPACE)
 def test_every_second_sample_is_a_sample_of_all(engine: str) -> None:
     bench = prepare_bench("rssr")
     start = replace(bench.start, step=bench.start.period / 100)
@@ -135,7 +168,7 @@ def test_mujoco_runs_a_tree_as_its_own_file() -> None:
 # -- negative controls -------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("engine", ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN)])
+@pytest.mark.parametrize("engine", IN_SPACE)
 def test_a_crank_of_another_length_is_seen_in_space(engine: str, monkeypatch: pytest.MonkeyPatch) -> None:
     exact = plan.exact_points
 
@@ -143,7 +176,7 @@ def test_a_crank_of_another_length_is_seen_in_space(engine: str, monkeypatch: py
         return exact(MACHINES["rssr"](crank=0.0801), times)
 
     monkeypatch.setattr(study, "exact_points", longer)
-    preset = "hardened" if engine == "mujoco" else "stock"
+    preset = EXACT_PRESETS[engine]
     assert ran("rssr", engine, preset).largest("position") > 1e-4  # type: ignore[operator]
 
 
@@ -162,7 +195,7 @@ def test_joints_that_no_engine_is_given_are_refused() -> None:
     closure = replace(bench.start.tree.closures[0], kind="tendon", points=(), sums=({0: 1.0}, {}))
     tree = replace(bench.start.tree, closures=(closure,))
     start = replace(bench.start, machine=DrivenTree(tree, bench.start.machine.laws))
-    for engine in ("mujoco", *(name for name in installed_extras() if name in ("exudyn", "newton"))):
+    for engine in ("mujoco", *(name for name in installed_extras() if name in (*EXACT_PRESETS, "newton"))):
         runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
         assert ", no tendon" in (runs.refusal_in_space(start, "stock") or "")
         assert runs.refusal_in_space(bench.start, "stock") is None
@@ -243,7 +276,7 @@ def with_turned_frame(start: SpatialStart, name: str, turn: Array, weld: bool = 
     return replace(start, machine=DrivenTree(other, start.machine.laws), points=points)
 
 
-@pytest.mark.parametrize("engine", ["mujoco", pytest.param("exudyn", marks=NEEDS_EXUDYN)])
+@pytest.mark.parametrize("engine", IN_SPACE)
 def test_weld_of_frames_that_are_turned_holds_the_same(engine: str) -> None:
     bench = prepare_bench("tilted-slider-crank")
     # All points of the closed form lie where the weld's rotation does not show: one more, aside of them.
@@ -251,7 +284,7 @@ def test_weld_of_frames_that_are_turned_holds_the_same(engine: str) -> None:
     start = replace(bench.start, step=bench.start.period / 100, points={**bench.start.points, "aside": aside})
     turn = rotation_matrices(np.array([[0.5], [0.1], [-0.7], [0.5]]))[:, :, 0]
     runs = study.require_capability(study.engine_named(engine), study.SpatialRuns)
-    preset = "hardened" if engine == "mujoco" else "stock"
+    preset = EXACT_PRESETS[engine]
     plain, turned = (runs.run_in_space(one, preset, 50) for one in (start, with_turned_frame(start, "rod_end", turn)))
     for name in plain.points:
         assert np.abs(plain.points[name][0] - turned.points[name][0]).max() < 1e-9

@@ -15,6 +15,7 @@ from conrod.exact.space.mobility import count_mobility
 from conrod.exact.space.motion import DrivenTree, SpatialMotion
 
 START_SHARE = 1e-3  # of a law, over which the branch is tracked to find the exact state at the start
+RATE_ROUNDING = 1e-12  # of the largest rate, by which a constant one may change
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +72,14 @@ def exact_start(tree: SpatialTree, laws: Mapping[str, DriveLaw], names: Iterable
     points = {name: tree.points[name] for name in names}
     points |= {name: end for ends in _closure_ends(tree).values() for pair in ends for name, end in pair}
     return SpatialStart(driven, driven.motion(np.zeros(1)), points, period, period, bool(count_mobility(driven).idle))
+
+
+def constant_rate(law: DriveLaw) -> float | None:
+    """Rate [rad/s, m/s] of a drive that keeps it, or None; a law that holds has the rate 0."""
+    if math.isinf(law.duration):
+        return 0.0
+    rates = law.derivatives(np.linspace(0.0, 2.5 * law.duration, 21))[1]  # beyond its end, where some laws stop
+    return float(rates[0]) if np.ptp(rates) <= RATE_ROUNDING * np.abs(rates).max() else None
 
 
 def widest_gaps(tree: SpatialTree, run: SpatialRun) -> dict[str, float]:

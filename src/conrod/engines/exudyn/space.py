@@ -33,7 +33,7 @@ from exudyn.itemInterface import (
 from conrod.engines.capabilities import TIMED_REFERENCE
 from conrod.engines.exudyn import EXUDYN_PRESETS
 from conrod.engines.exudyn.stepping import BLOCK_STEPS, ExudynSystem, SolverStepper, silence_output
-from conrod.engines.space import SpatialRun, SpatialStart
+from conrod.engines.space import SpatialRun, SpatialStart, constant_rate
 from conrod.exact.motion import Array
 from conrod.exact.space import SpatialBody, SpatialClosure, SpatialJoint, SpatialPoint, SpatialTree
 from conrod.exact.space.drive_laws import DriveLaw
@@ -47,7 +47,6 @@ LISTS = {
 JOINT_TYPES = {"hinge": exudyn.JointType.RevoluteZ, "slide": exudyn.JointType.PrismaticZ}
 CLOSURES = ("connect", "weld", "joint")
 MOTION = ("Position", "Velocity", "Acceleration")  # of a sensor
-RATE_ROUNDING = 1e-12  # of the largest rate, by which a constant one may change
 SINGULAR_BALL = math.cos(math.radians(70.0))  # of a ball's second angle: beyond it its hinges are nearly singular
 
 
@@ -161,14 +160,6 @@ def frame_along(axis: Array) -> Array:
     aside = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
     aside /= np.linalg.norm(aside)
     return np.column_stack([aside, np.cross(along, aside), along])
-
-
-def constant_rate(law: DriveLaw) -> float | None:
-    """Rate [rad/s, m/s] of a drive that keeps it, or None; a law that holds has the rate 0."""
-    if math.isinf(law.duration):
-        return 0.0
-    rates = law.derivatives(np.linspace(0.0, 2.5 * law.duration, 21))[1]  # beyond its end, where some laws stop
-    return float(rates[0]) if np.ptp(rates) <= RATE_ROUNDING * np.abs(rates).max() else None
 
 
 class LawOffset:
