@@ -15,6 +15,7 @@ from conrod.mechanism.units import check_number
 # 3, which takes none: loops are then closed by bushings.
 DISCRETE, RADAU = "discrete", "radau3"
 INTEGRATORS = (DISCRETE, RADAU)
+BUSHING_STIFFNESS = 1e5  # k h^2 / m, with the mass m of all bodies
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class DrakeSettings(EngineSettings):
 
     integrator: str = DISCRETE
     # Rotor inertia of the drives over total mass x (longest arm)^2: what the machine asks of a drive changes its
-    # acceleration by one part in so many. At 1e13 rounding of the solver costs digits.
+    # acceleration by one part in so many. From 1e12 on rounding of SAP costs digits.
     flywheel_ratio: float = 1e9
-    bushing_stiffness: float = 1e5  # k h^2 / m, with the machine's mass m; unused by the discrete update
+    bushing_stiffness: float = BUSHING_STIFFNESS  # k h^2 / m, with the machine's mass m; unused by the discrete update
     accuracy: float = 1e-10  # at which Newton's iteration of the integrator ends; unused by the discrete update
 
     def __post_init__(self) -> None:
@@ -44,8 +45,14 @@ class DrakeSettings(EngineSettings):
 
     @classmethod
     def tuned(cls, machine: Machine, steps_per_revolution: int) -> DrakeSettings:
-        """A continuous plant with loops closed by stiff bushings, integrated by Radau IIA with fixed steps."""
-        return cls("tuned", steps_per_revolution, step_length(machine, steps_per_revolution), RADAU)
+        """A continuous plant with loops closed by stiff bushings, integrated by Radau IIA with fixed steps.
+
+        Bushings are as stiff as the step allows up to 1000 steps a revolution. In finer steps they stay as stiff, or
+        rounding of what they push would keep Newton's iteration from ending.
+        """
+        stiffness = BUSHING_STIFFNESS * min(1.0, 1000.0 / steps_per_revolution) ** 2
+        h = step_length(machine, steps_per_revolution)
+        return cls("tuned", steps_per_revolution, h, RADAU, bushing_stiffness=stiffness)
 
 
 # Drake's documentation states no size of their errors: they are measured, and not judged.

@@ -28,7 +28,8 @@ def refusal_in_space(start: SpatialStart, preset: str) -> str | None:
 def stepper_in_space(start: SpatialStart, preset: str) -> DrakeSimulation:
     """A machine in space in Drake that starts in its exact state; a call advances it by some steps."""
     # A preset's rule is asked of a machine in the plane, whose step is another.
-    settings = replace(DRAKE_PRESETS[preset](TIMED_REFERENCE, 1000), timestep=start.step)
+    steps = max(2, round(start.period / start.step))
+    settings = replace(DRAKE_PRESETS[preset](TIMED_REFERENCE, steps), timestep=start.step)
     laws, coordinates = start.machine.laws, start.exact.coordinates[:, 0]
     made = build_plant(start.tree, laws, coordinates, start.step, settings)
     vary = any(constant_rate(law) is None for law in laws.values())

@@ -25,6 +25,10 @@ def explain_error(message: str) -> str:
     words = " ".join(message.split())
     if "gimbal-lock" in words:
         return "Drake refuses roll, pitch and yaw of a loop's bushing next to a pitch of a right angle (gimbal lock)"
+    if "BallRpyJoint" in words:
+        return (
+            "Drake refuses a ball joint (BallRpyJoint) next to a pitch of a right angle, where its angles are singular"
+        )
     return f"Drake: {words}"
 
 
