@@ -62,7 +62,7 @@ ENGINES: Mapping[str, EngineStyle] = {
 # Engines that ship as optional extras, laid out alike. They run only when they are named.
 OPTIONAL_ENGINES: Mapping[str, EngineStyle] = {
     "exudyn": EngineStyle("Exudyn", "#009E73", "^"),
-    "drake": EngineStyle("Drake", "#E69F00", "X", module="pydrake", distribution="drake"),
+    "drake": EngineStyle("Drake", "#000000", "h", module="pydrake", distribution="drake"),
     "box2d": EngineStyle("Box2D", "#CC79A7", "v", module="Box2D", distribution="Box2D"),
     "mjx": EngineStyle(
         "MJX",
