@@ -21,7 +21,7 @@ from conrod.exact.space.motion import DrivenTree
 from conrod.execution.tolerances import check_tolerance
 from conrod.scenes import SCENES
 from conrod.scenes.space.tree import exact_points
-from conrod.studies.space.api import _coarse_engines
+from conrod.studies.space.api import refuse_finer_than_precision
 from conrod.studies.space.plan import motion_scales
 from conrod.studies.space.results import UNITS
 from conrod.testing import EngineConformance, machine_in_space
@@ -179,7 +179,7 @@ def test_tolerance_below_single_precision_is_refused(epsilon: float, asked: str,
     engine.epsilon = epsilon
     machine, _ = machine_in_space("cardan")
     limits = check_tolerance({"position": asked}, UNITS)
-    found = _coarse_engines([engine], limits, [motion_scales(machine)])
+    found = refuse_finer_than_precision([engine], "all", limits, [motion_scales(machine)])
     assert said in found.get(engine.name, "")
     assert bool(found) == bool(said)
 
