@@ -91,9 +91,21 @@ class AssemblyBranch:
     @cached_property
     def start(self) -> Array:
         """Exact poses at crank angle 0; (1, 3 n)."""
-        start = self.equations.newton(self.equations.start_guess, np.zeros(1))
+        start = self._start_of_nearby()
+        if start is None:
+            start = self.equations.newton(self.equations.start_guess, np.zeros(1))
         check_meshes(self.equations.mechanism, start)
         return start
+
+    def _start_of_nearby(self) -> Array | None:
+        """Close the joints at the start of the machine nearby; None if that is not where this one starts."""
+        if self._nearby is None:
+            return None
+        try:
+            start = self.equations.newton(self._nearby.start, np.zeros(1), falling=True)
+        except (InvalidInput, np.linalg.LinAlgError):
+            return None
+        return start if self.equations.pose_distance(start, self._nearby.start)[0] <= MAX_NEARBY_DISTANCE else None
 
     def branch(self, poses: Array) -> Array:
         """Sign (T,) of the Jacobian's determinant at poses (T, 3 n), which distinguishes assembly branches."""
@@ -182,6 +194,12 @@ class AssemblyBranch:
             self._tracker.changes.add_period_images(REVOLUTION, gain)
         return replace(table, gain=gain)
 
+    @cached_property
+    def _table_determinants(self) -> Array:
+        """Determinants (K, k) of the blocks of the Jacobian at the tabulated poses."""
+        poses = self.start if self.table is None else self.table.poses
+        return self.equations.elimination(poses).block_determinants()
+
     def _table_covering(self, angle: Array) -> PoseTable | None:
         """Return a table that covers the angles, extended by whole turns if poses do not repeat."""
         if self.table is None or self.table.covers(angle).all() or self.equations.mechanism.driver.span is not None:
@@ -199,7 +217,7 @@ class AssemblyBranch:
     def _tabulate(self, first: float, last: float) -> PoseTable:
         """Tabulate poses from one crank angle to another [rad], with 0 between them."""
         if (known := self._table_of_nearby(first, last)) is not None:
-            return self._refine_table(known)
+            return known  # as fine as theirs; `poses` follows the branch where a prediction is off
         with self._limited_steps(last - first):
             forth, back = self._track_to(last), self._track_to(first)
             places = [*reversed(back[1:]), *forth]
@@ -218,8 +236,8 @@ class AssemblyBranch:
             poses = self.equations.newton(known.poses, known.angles, falling=True)
         except (InvalidInput, np.linalg.LinAlgError):
             return None
-        factors, theirs = self.equations.elimination(poses), self._nearby.equations.elimination(known.poses)
-        blocks, others = factors.block_determinants(), theirs.block_determinants()
+        factors, others = self.equations.elimination(poses), self._nearby._table_determinants
+        blocks = factors.block_determinants()
         start = poses[np.flatnonzero(known.angles == 0.0)]
         on_branch = (
             self.equations.pose_distance(poses, known.poses).max() <= MAX_NEARBY_DISTANCE

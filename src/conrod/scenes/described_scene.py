@@ -153,7 +153,8 @@ class DescribedScene(Scene):
                     f"{math.degrees(hint.turn + off):.6g} deg: give it nearer to the one that is meant"
                 )
         _check_reach(self.kinematics)
-        _check_travel(self.kinematics)
+        if self.nearby is None:
+            _check_travel(self.kinematics)
 
 
 def _check_reach(kinematics: Kinematics) -> None:

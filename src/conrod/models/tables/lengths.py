@@ -50,7 +50,7 @@ def length_hypotheses(table: TableComparison) -> Iterator[Hypothesis]:
             continue
         words = [search.words(values) for values, left in ranked if left <= ALIKE_FACTOR * least + 1e-12 * size]
         text = words[0] if len(words) == 1 else f"{words[0]} (or {', or '.join(words[1:])})"
-        scene = table.scene.with_parameters(**ranked[0][0])
+        scene = table.scene.with_nearby_parameters(**ranked[0][0])
         on_ground = count == 1 and next(iter(ranked[0][0])).startswith(GROUND)
         yield GROUND_POINT if on_ground else kind, text, replace(table, scene=scene), ALL_ERRORS
         return
