@@ -11,7 +11,7 @@ LOWEST ?= .venv-lowest
 # The tests start hundreds of interpreters; without bytecode files each would compile conrod again.
 export PYTHONDONTWRITEBYTECODE :=
 
-.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection stale inputs own-models verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release notebooks site check environments clean
+.PHONY: validate catalogue space sweep engines prior limits ablate versions audit cams batch detection stale inputs own-models reports verification test test-all lowest lint types mjcf pymunk-models golden golden-write bench mutants attack wheel try-wheel release notebooks site check environments clean
 
 validate: $(READY) catalogue ## compare both engines with the exact motion on all scenes, and rewrite reports/
 	$(BIN)/conrod validate --fresh --out reports
@@ -94,6 +94,9 @@ own-models: $(READY) ## closed loops of robots in the folder MODELS, see reports
 	$(BIN)/python -m docs.studies.own_models $(MODELS) $(if $(ROBOTS),--only $(ROBOTS))
 
 # In its folder, since a report has the names of files; without the earlier reports, which would begin a record of changes.
+reports: $(READY) ## every report of this repository anew, what times steps last; goes on where it was stopped. ONLY="limits sweep", LIST=--list
+	$(BIN)/python -m docs.studies.all_reports $(LIST) $(ONLY)
+
 verification: $(READY) ## the examples of verification reports: rewrite reports/verification/
 	cd reports/verification && rm -f *.html && $(abspath $(BIN))/conrod validate saw-500rpm --limits ../limits --verification saw-500rpm.html
 	cd reports/verification && $(abspath $(BIN))/conrod check inputs/hacksaw.xml --scene saw-40rpm --crank motor --point C=body:bow \

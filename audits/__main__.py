@@ -12,11 +12,9 @@ from conrod.execution.files import folder_to_write
 from conrod.execution.writing import Batch, write_together
 from conrod.models.printed.report import counts_table
 from conrod.report.folder import ReportFolder
-from conrod.report.kind import KINDS, Reproduction
+from conrod.report.kind import Reproduction
 from conrod.report.terminal import console, print_table
 from conrod.report.writer import report_batch
-
-KINDS[DOCUMENTS_REPORT.name] = "audits.report.pages.DOCUMENTS_REPORT"
 
 
 def report(folder: Path) -> Batch:

@@ -12,12 +12,11 @@ from conrod.crash import run_guarded
 from conrod.execution.files import folder_to_write
 from conrod.execution.writing import write_together
 from conrod.report.folder import ReportFolder
-from conrod.report.kind import KINDS, Reproduction
+from conrod.report.kind import Reproduction
 from conrod.report.terminal import print_parts
 from conrod.report.writer import report_batch
 
 PART = "cams"
-KINDS[CAMS_REPORT.name] = "audits.report.cams.CAMS_REPORT"
 
 
 def main() -> None:

@@ -28,15 +28,15 @@ from conrod.engines.mujoco import MuJoCoSettings, dynamics
 from conrod.engines.mujoco.model import build
 from conrod.exact.motion import Array
 from conrod.execution.files import folder_to_write
-from conrod.execution.writing import Batch as Files
 from conrod.execution.writing import write_together
-from conrod.report.subreports import report_mark
-from conrod.report.table import table
-from conrod.report.template import table_text
+from conrod.report.kind import Reproduction
+from conrod.report.terminal import print_parts
+from conrod.report.writer import report_batch
 from conrod.scenes import Scene
+from docs.studies.batch_report import BATCH_REPORT, BatchFindings, EngineBatch, Spread
 from docs.studies.fleets import DRAWING, STEPS, saw, saw_sizes
 
-SHARES = (0.0, 50.0, 95.0, 100.0)  # per cent
+PART = "batch"
 
 
 @dataclass(frozen=True)
@@ -158,35 +158,27 @@ def cpu_seconds(call: Callable[[], Any]) -> float:
     return time.process_time() - begun
 
 
-def page(machines: Sequence[Scene], found: Sequence[Measured]) -> str:
-    """All of it as Markdown."""
-    nominal, travel = strokes([DRAWING])[0], strokes(machines)
-    lawful = [one for one in found if not np.isnan(one.shares).any()]
-    kept = sum(int((one.shares <= 1.0).sum()) for one in lawful)
-    rows = [("exact stroke off the drawing's [mm]", np.abs(travel - nominal) * 1e3)]
-    rows += [(f"{one.name}: position error / L", one.errors) for one in found]
-    rows += [(f"{one.name}: error / bound of its law", one.shares) for one in lawful]
-    headings = ("quantity", "least", "median", "95 %", "largest")
-    cells = [(name, *(f"{value:.3g}" for value in np.percentile(values, SHARES))) for name, values in rows]
-    per = 1e6 / len(machines) / STEPS
-    costs = [(one.name, f"{one.compiling:.2g}", f"{one.stepping * per:.2g}") for one in found]
-    made, spent = described(), ("engine", "compiling [CPU s]", "a step of a saw [CPU µs]")
-    moved, spread = np.abs(travel - nominal).max(), np.ptp(found[0].errors) / np.median(found[0].errors)
-    return "\n".join([
-        "# Saws as they may be made", "",
-        f"**{kept} of {sum(len(one.shares) for one in lawful)} runs are within the bound of their engine's law. The "
-        f"drawing's tolerances move the stroke of {nominal * 1e3:.1f} mm by up to {moved * 1e3:.2g} mm; MJX's error "
-        f"moves with them by {spread:.1%}.**", "",
-        f"{len(machines)} saws of `saw-500rpm`, lengths drawn evenly within ISO 2768-1 m (crank 100 ± 0.3 mm, rod "
-        f"300 ± 0.5 mm, offset 90 ± 0.3 mm), one turn of {STEPS} steps from the exact start. MJX steps them all in "
-        "one call, MuJoCo one after the other. Made by `make batch`. [On a GPU](gpu.md): up to 100,000 at once, and "
-        "grippers.", "",
-        table_text(table(headings, cells, headings[1:])), "",
-        "No law is stated of single precision, nor of MuJoCo under Euler.", "",
-        table_text(table(spent, costs, spent[1:])), "",
-        "MuJoCo's `tuned` is RK4, four evaluations a step; `as MJX` has the settings of MJX's `tuned`, Euler, one. On "
-        f"{made['processor']}, {made['cores']} cores, {made['date']}, beside other work.", "",
-    ])  # fmt: skip
+def batch_findings(machines: Sequence[Scene], measured: Sequence[Measured]) -> BatchFindings:
+    """Sum up what is found of all saws."""
+    nominal, travel, made = strokes([DRAWING])[0], strokes(machines), described()
+    engines = tuple(
+        EngineBatch(
+            one.name,
+            spread(one.errors),
+            None if np.isnan(one.shares).any() else spread(one.shares),
+            int((one.shares <= 1.0).sum()),
+            one.compiling,
+            one.stepping / len(machines) / STEPS,
+        )
+        for one in measured
+    )
+    off = spread(np.abs(travel - nominal))
+    return BatchFindings(len(machines), STEPS, float(nominal), off, engines, made["processor"], made["cores"])
+
+
+def spread(values: Array) -> Spread:
+    """Least, median, 95th percentile and largest of some values."""
+    return Spread(*map(float, np.percentile(values, (0.0, 50.0, 95.0, 100.0))))
 
 
 def main() -> None:
@@ -202,11 +194,11 @@ def main() -> None:
         by_mujoco(machines, "tuned", MuJoCoSettings.tuned),
     ]
     found.append(by_mujoco(machines, "as MJX", as_mjx))
-    text = page(machines, found)
-    print(text)
+    findings = batch_findings(machines, found)
+    print_parts(BATCH_REPORT.printed([findings]))
     if asked.out:
-        files = {"README.md": text, "results.json": report_mark("batch")}
-        write_together([Files(folder_to_write(asked.out, "--out"), files)])
+        folder = folder_to_write(asked.out, "--out")
+        write_together([report_batch(BATCH_REPORT, {PART: findings}, folder, Reproduction("make batch"))])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """`python -m docs.studies.batch_gpu_page FILE [FILE ...] --out DIR`: the page of what `batch_gpu` measured.
 
 Reads files of `python -m docs.studies.batch_gpu`, as of a machine that was lent for several calls, and writes `gpu.md`,
-its figure, and `gpu.json`, which it can be made of again.
+its figure and its findings, of which `conrod report` renders it again.
 """
 
 from __future__ import annotations
@@ -10,17 +10,18 @@ import argparse
 import json
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from conrod.crash import run_guarded
 from conrod.execution.files import folder_to_write
-from conrod.execution.writing import Batch as Files
 from conrod.execution.writing import write_together
 from conrod.report.figure import Figure
+from conrod.report.kind import Kind, Reproduction
 from conrod.report.table import Table, table
-from conrod.report.template import table_text
+from conrod.report.writer import report_batch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
@@ -32,16 +33,32 @@ MACHINES = {"saw": "saws", "gripper": "grippers"}
 Row = Mapping[str, Any]
 
 
-def merge(documents: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """All that several files say, of one machine."""
-    found: dict[str, Any] = {
-        part: [one for document in documents for one in document[part]] for part in ("rows", "controls", "precision")
-    }
+@dataclass(frozen=True)
+class GpuBatches:
+    """What `batch_gpu` measured.
+
+    Attributes:
+        rows: a fleet stepped by an engine: cost, error.
+        controls: fleets in which a member's model was made another's.
+        precision: what single precision can tell.
+        machine: processor, devices, versions, date.
+    """
+
+    rows: tuple[Row, ...]
+    controls: tuple[Row, ...]
+    precision: tuple[Row, ...]
+    machine: Row
+
+
+def merge(documents: Sequence[Mapping[str, Any]]) -> GpuBatches:
+    """Join the findings of several files of one machine."""
+    rows, controls, precision = (
+        tuple(one for document in documents for one in document[part]) for part in ("rows", "controls", "precision")
+    )
     machines = [document["machine"] for document in documents]
     versions = {name: number for machine in machines for name, number in machine["versions"].items()}
     devices = sorted({name for machine in machines for name in machine["devices"]})
-    found["machine"] = {**machines[0], "versions": versions, "devices": devices}
-    return found
+    return GpuBatches(rows, controls, precision, {**machines[0], "versions": versions, "devices": devices})
 
 
 def name(row: Row) -> str:
@@ -51,10 +68,10 @@ def name(row: Row) -> str:
     return f"{TITLES[row['engine']]} {row['integrator']}, {row['precision']}, GPU"
 
 
-def curves(found: Mapping[str, Any], machine: str) -> dict[str, list[Row]]:
+def curves(found: GpuBatches, machine: str) -> dict[str, list[Row]]:
     """Rows of a machine by what stepped it, by rising number of members."""
     by_name: dict[str, list[Row]] = {}
-    for row in found["rows"]:
+    for row in found.rows:
         if row["machine"] == machine:
             by_name.setdefault(name(row), []).append(row)
     return {one: sorted(rows, key=lambda row: row["count"]) for one, rows in by_name.items()}
@@ -84,7 +101,7 @@ def two_digits(value: float) -> str:
     return f"{float(f'{value:.2g}'):g}"
 
 
-def cost_table(found: Mapping[str, Any], machine: str) -> Table:
+def cost_table(found: GpuBatches, machine: str) -> Table:
     """Microseconds of wall time per machine and step, by what steps and number of members."""
     by_name = curves(found, machine)
     counts = sorted({row["count"] for rows in by_name.values() for row in rows})
@@ -96,7 +113,7 @@ def cost_table(found: Mapping[str, Any], machine: str) -> Table:
     return table(headings, rows, headings[1:])
 
 
-def error_table(found: Mapping[str, Any]) -> Table:
+def error_table(found: GpuBatches) -> Table:
     """Errors over all members of the largest fleet that each was measured on in full."""
     rows = []
     for machine, plural in MACHINES.items():
@@ -108,7 +125,7 @@ def error_table(found: Mapping[str, Any]) -> Table:
     return table(headings, rows, headings[2:])
 
 
-def crossing_table(found: Mapping[str, Any]) -> Table:
+def crossing_table(found: GpuBatches) -> Table:
     """From which number on the GPU is cheaper than cores, and how many times so with the largest fleet."""
     rows = []
     for machine, plural in MACHINES.items():
@@ -123,11 +140,11 @@ def crossing_table(found: Mapping[str, Any]) -> Table:
                 least = "at most " if many == gpu[0]["count"] else ""
                 ratio = cores[-1]["microseconds"] / gpu[-1]["microseconds"]
                 rows.append((plural, one, other, f"{least}{rounded(many)}" if many else "at none", two_digits(ratio)))
-    headings = ("fleet", "GPU", "cores", "GPU is cheaper from", f"times, of {found['rows'][-1]['count']:,}")
+    headings = ("fleet", "GPU", "cores", "GPU is cheaper from", f"times, of {found.rows[-1]['count']:,}")
     return table(headings, rows, headings[3:])
 
 
-def draw_costs(found: Mapping[str, Any]) -> Canvas:
+def draw_costs(found: GpuBatches) -> Canvas:
     """Draw cost per machine and step over the number of machines, a panel for each machine."""
     from matplotlib.figure import Figure as Canvas
 
@@ -150,13 +167,13 @@ def draw_costs(found: Mapping[str, Any]) -> Canvas:
     return canvas
 
 
-def figure(found: Mapping[str, Any]) -> Figure:
+def figure(found: GpuBatches) -> Figure:
     """The figure of costs."""
     alt = "Cost of a step of one machine over the number of machines in one call, on cores and on a GPU"
     return Figure("gpu-cost", alt, lambda: draw_costs(found))
 
 
-def finding(found: Mapping[str, Any]) -> str:
+def finding(found: GpuBatches) -> str:
     """The finding in a sentence or two."""
     sentences = []
     for machine, plural in MACHINES.items():
@@ -181,29 +198,29 @@ def finding(found: Mapping[str, Any]) -> str:
     return f"On one {gpu_name(found)}, " + " ".join(sentences)
 
 
-def gpu_name(found: Mapping[str, Any]) -> str:
+def gpu_name(found: GpuBatches) -> str:
     """The GPU's name as its driver has it."""
-    return str(next(one for one in found["machine"]["devices"] if "core" not in one))
+    return str(next(one for one in found.machine["devices"] if "core" not in one))
 
 
-def precision_lines(found: Mapping[str, Any]) -> list[str]:
-    """What single precision can tell, a point for each engine and machine."""
+def precision_lines(found: GpuBatches) -> list[str]:
+    """Return what single precision can tell, a point for each engine and machine."""
     against = {
         "mjx": "its errors are those in double precision to",
         "warp": "its errors are MuJoCo's in double precision to",
     }
     return [
-        f"- {TITLES[one['engine']]}, {one['count']:,} {MACHINES[one['machine']]}: {against[one['engine']]} "
+        f"{TITLES[one['engine']]}, {one['count']:,} {MACHINES[one['machine']]}: {against[one['engine']]} "
         f"{one['moved']:.1g} of L; the drive's angle is {math.degrees(one['angle']):.1g} deg off after {STEPS} "
         f"steps. The exact motion rounded to single precision has an error of {one['rounded']:.1g}."
-        for one in found["precision"]
+        for one in found.precision
     ]
 
 
-def compiling_line(found: Mapping[str, Any]) -> str:
+def compiling_line(found: GpuBatches) -> str:
     """What compiling cost."""
-    jax = [row["compiling"] for row in found["rows"] if row["engine"] == "mjx"]
-    warp = [row["compiling"] for row in found["rows"] if row["engine"] == "warp"]
+    jax = [row["compiling"] for row in found.rows if row["engine"] == "mjx"]
+    warp = [row["compiling"] for row in found.rows if row["engine"] == "warp"]
     first = [one for one in warp if one > 1.0]
     rest = max((one for one in warp if one <= 1.0), default=0.0)
     return (
@@ -213,13 +230,13 @@ def compiling_line(found: Mapping[str, Any]) -> str:
     )
 
 
-def rk4_line(found: Mapping[str, Any]) -> str:
+def rk4_line(found: GpuBatches) -> str:
     """What RK4 gains each engine on the saw, for four evaluations a step."""
     gains = {}
     for engine in ("mujoco", "warp"):
         errors = {
             row["integrator"]: row["error"]["largest"]
-            for row in found["rows"] if row["engine"] == engine and row["machine"] == "saw" and row["error"]
+            for row in found.rows if row["engine"] == engine and row["machine"] == "saw" and row["error"]
         }  # fmt: skip
         gains[engine] = two_digits(errors["Euler"] / errors["RK4"])
     return (
@@ -231,9 +248,9 @@ def rk4_line(found: Mapping[str, Any]) -> str:
 STEPS = 250
 
 
-def control_lines(found: Mapping[str, Any]) -> list[str]:
+def control_lines(found: GpuBatches) -> list[str]:
     """Which planted defects were seen."""
-    controls = found["controls"]
+    controls = found.controls
     alone = sum(one["seen"] == [one["planted"]] for one in controls)
     least = min(one["error"] / one["right"] for one in controls)
     others = sum(one["others_seen"] for one in controls)
@@ -244,41 +261,34 @@ def control_lines(found: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def page(found: Mapping[str, Any]) -> str:
-    """All of it as Markdown."""
-    made, drawn = found["machine"], figure(found)
-    versions = ", ".join(f"{one} {number}" for one, number in made["versions"].items())
-    return "\n".join([
-        "# Batches on a GPU", "", f"**{finding(found)}**", "", f"![{drawn.alt}]({drawn.file})", "",
-        "Saws as in [the batch on a CPU](README.md), and a [gripper](../../docs/studies/gripper.py) like a 2F-85: two "
-        "four-bar fingers, each closed by a `connect`, lengths within ISO 2768-1 m. All members differ. Each goes "
-        f"through one turn, or closes in half a second, in {STEPS} steps from its exact start, at the same settings in "
-        "all engines: Euler, one iteration, closures of two steps (RK4: eight). Coordinates after each step are "
-        "recorded. Best wall time of up to four runs after compiling; the start's upload and the reading back are not "
-        "counted. Cores were timed over 25 steps where 250 take many seconds.", "",
-        *(text for machine in MACHINES for text in (table_text(cost_table(found, machine)), "")),
-        "Where a GPU wins, on lines between the numbers measured:", "", table_text(crossing_table(found)), "",
-        "## Errors", "",
-        "Each member against its own exact motion, at the drive's angle reached; of the largest fleet run in full:", "",
-        table_text(error_table(found)), "", rk4_line(found), "", *control_lines(found), "",
-        "What single precision can tell:", "", *precision_lines(found), "",
-        "## The machine", "",
-        f"{gpu_name(found)}; {made['processor']}, {made['cores']} cores; {made['date']}; python {made['python']}, "
-        f"{versions}. {compiling_line(found)} Made by `python -m docs.studies.batch_gpu` and `batch_gpu_page`, from "
-        "[gpu.json](gpu.json).", "",
-    ])  # fmt: skip
+def versions_text(found: GpuBatches) -> str:
+    """Name the packages with their versions."""
+    return ", ".join(f"{one} {number}" for one, number in found.machine["versions"].items())
+
+
+BATCH_GPU_REPORT = Kind(
+    name="batch-gpu",
+    findings=GpuBatches,
+    title=lambda found: "Batches on a GPU",
+    summary=lambda found: {"finding": finding(found)},
+    printed=lambda findings: [cost_table(found, machine) for found in findings for machine in MACHINES],
+    verdict=finding,
+    one_part=True,
+    results="gpu.json",
+    index_file="gpu.md",
+    digits=6,
+)
 
 
 def main() -> None:
     """Make the page of batches on a GPU from what was measured."""
     parser = argparse.ArgumentParser(prog="python -m docs.studies.batch_gpu_page", description=main.__doc__)
     parser.add_argument("files", type=Path, nargs="+", metavar="FILE", help="of `python -m docs.studies.batch_gpu`")
-    parser.add_argument("--out", required=True, metavar="DIR", help="write gpu.md, its figure and gpu.json")
+    parser.add_argument("--out", required=True, metavar="DIR", help="write gpu.md, its figure and its findings")
     asked = parser.parse_args()
     found = merge([json.loads(file.read_text(encoding="utf-8")) for file in asked.files])
-    drawn = figure(found)
-    files = {"gpu.md": page(found), "gpu.json": json.dumps(found, indent=1) + "\n", drawn.file: drawn.svg()}
-    write_together([Files(folder_to_write(asked.out, "--out"), files)])
+    folder, command = folder_to_write(asked.out, "--out"), Reproduction("python -m docs.studies.batch_gpu")
+    write_together([report_batch(BATCH_GPU_REPORT, {"gpu": found}, folder, command)])
 
 
 if __name__ == "__main__":

@@ -118,7 +118,8 @@ def test_mjx_refuses_what_it_lacks_with_its_own_reason(scene: Any, fields: dict[
 
 @pytest.mark.slow
 def test_each_machine_of_a_batch_runs_as_if_alone() -> None:
-    from docs.studies.batch import STEPS, Batch, judged, page, saws  # loads JAX, after which nothing may fork
+    from docs.studies.batch import STEPS, Batch, batch_findings, judged, saws  # loads JAX: nothing may fork then
+    from docs.studies.batch_report import verdict_text
 
     engine, machines = engine_named("mjx"), saws(3)
     settings = [engine.presets["tuned"](one, STEPS) for one in machines]
@@ -135,5 +136,5 @@ def test_each_machine_of_a_batch_runs_as_if_alone() -> None:
     assert right.shares.max() <= 1.0
     wrong = judged("MJX", engine, [*machines[1:], machines[0]], settings, runs, (9.0, 0.1))
     assert wrong.shares.min() > 1.0
-    assert "**3 of 3 runs are within the bound" in page(machines, [right])
-    assert "**0 of 3 runs are within the bound" in page(machines, [wrong])
+    assert "3 of 3 runs are within the bound" in verdict_text(batch_findings(machines, [right]))
+    assert "0 of 3 runs are within the bound" in verdict_text(batch_findings(machines, [wrong]))

@@ -1,6 +1,7 @@
 """Fleets of saws and grippers: members, exact motions, errors, planted defects, and the page of a GPU's run."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,9 @@ import pytest
 from conrod.comparison.compare import compare
 from conrod.comparison.trajectory import concatenate_pieces
 from conrod.engines import engine_named
+from conrod.report.folder import restore_findings
+from conrod.report.template import table_text
+from conrod.report.writer import render_again
 
 pytest.importorskip("mujoco.batch")  # since 4.0
 fleets: Any = pytest.importorskip("docs.studies.fleets")
@@ -94,8 +98,10 @@ def test_gpu_wins_where_its_cost_falls_below_that_of_cores() -> None:
     assert page.wins_from([{**row, "microseconds": 0.5} for row in gpu], cores) == 1.0
 
 
-def test_committed_page_of_a_gpu_follows_from_its_numbers() -> None:
-    found = json.loads((COMMITTED / "gpu.json").read_text())
-    assert page.page(page.merge([found])) == (COMMITTED / "gpu.md").read_text()
-    swift = [{**row, "microseconds": 1e-9} if row["where"] == "16 cores" else row for row in found["rows"]]
-    assert "at none" in page.page({**found, "rows": swift})
+def test_committed_page_of_a_gpu_follows_from_its_numbers(tmp_path: Path) -> None:
+    (batch,) = [one for one in render_again(COMMITTED, tmp_path) if "gpu.md" in one.files]
+    assert batch.files["gpu.md"] == (COMMITTED / "gpu.md").read_text()
+    found = restore_findings(page.GpuBatches, json.loads((COMMITTED / "data/gpu.json").read_text()))
+    swift = tuple({**row, "microseconds": 1e-9} if row["where"] == "16 cores" else row for row in found.rows)
+    assert "at none" not in table_text(page.crossing_table(found))
+    assert "at none" in table_text(page.crossing_table(replace(found, rows=swift)))

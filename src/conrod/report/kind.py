@@ -21,7 +21,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from conrod.errors import unknown_choice
+from conrod.errors import InvalidInput, unknown_choice
 from conrod.report.table import Table, table
 from conrod.report.terminal import PrintedPart as Printed
 from conrod.scenes import CATALOGUE, SCENES, catalogue_names
@@ -36,6 +36,15 @@ SCENE = "{scene}"  # placeholder of the scenes in a command
 # Kinds of reports by their names: a module, imported when a folder has such a report, and the name of the `Kind` in it.
 # An application may add some.
 KINDS: dict[str, str] = {kind: f"{one.package}.{place}" for one in SLICES for kind, place in one.reports.items()}
+# Reports that conrod's repository makes of itself: their modules are there when it is installed by `pip install -e .`.
+REPOSITORY_KINDS = {
+    "documents": "audits.report.pages.DOCUMENTS_REPORT",
+    "cams": "audits.report.cams.CAMS_REPORT",
+    "detection": "docs.studies.detection_report.DETECTION_REPORT",
+    "batch": "docs.studies.batch_report.BATCH_REPORT",
+    "batch-gpu": "docs.studies.batch_gpu_page.BATCH_GPU_REPORT",
+}
+KINDS |= REPOSITORY_KINDS
 
 
 @dataclass(frozen=True)
@@ -207,10 +216,16 @@ def kind_named(name: str) -> Kind[Any]:
     """Return the kind of report of a name.
 
     Raises:
-        InvalidInput: no kind has the name.
+        InvalidInput: no kind has the name, or what renders it is not installed.
     """
     if name not in KINDS:
         raise unknown_choice("kind of report", name, KINDS)
     module, _, constant = KINDS[name].rpartition(".")
-    kind: Kind[Any] = getattr(import_module(module), constant)
+    try:
+        kind: Kind[Any] = getattr(import_module(module), constant)
+    except ModuleNotFoundError:
+        if name not in REPOSITORY_KINDS:
+            raise
+        where = "where conrod is installed from its repository, by `pip install -e .` there"
+        raise InvalidInput(f"reports of the kind {name!r} can be rendered {where}") from None
     return kind

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -65,7 +66,10 @@ def _reports_of(folder: Path) -> Iterator[SubReport]:
     documents = [found for file in sorted(folder.glob("*.json")) if (found := _document(file)) is not None]
     seen = set[str]()
     for document in documents:
-        kind = kind_named(document["kind"]) if document["kind"] in KINDS else None
+        kind = None
+        if document["kind"] in KINDS:
+            with suppress(InvalidInput):  # of conrod's repository, which is not installed
+                kind = kind_named(document["kind"])
         first = FIRST_PAGE if (folder / FIRST_PAGE).is_file() else kind.index_file if kind else FIRST_PAGE
         try:
             text = (folder / first).read_text(encoding="utf-8")
