@@ -19,6 +19,7 @@ from conrod.errors import InvalidInput
 from conrod.execution.files import folder_to_write
 from conrod.execution.writing import write_together
 from conrod.mjcf.loop_results import LoopRequest, LoopStudy
+from conrod.models.engine_comparison.api import check_loops_in_engines
 from conrod.models.loops.api import check_model_loops
 from conrod.models.loops.report import LOOPS_REPORT
 from conrod.models.loops.words import shipped_words
@@ -27,6 +28,8 @@ from conrod.report.numbers import measured_text, quantity
 from conrod.report.table import Table, table
 from conrod.report.template import table_text
 from conrod.report.writer import report_batch
+from conrod.studies.space.report import SPACE_REPORT
+from conrod.studies.space.results import SpatialStudy
 
 MENAGERIE = "google-deepmind/mujoco_menagerie"
 # Repositories with the commit that the page was made of.
@@ -43,7 +46,8 @@ How far their loops open in MuJoCo at each file's own step, driven along the exa
 with conrod's presets, and what a step costs over its own. `make own-models MODELS=DIR` makes this page; DIR has a clone
 of each repository below, in a folder of its name. No part of a model is here.
 [{LOOPS_REPORT.index_file}]({LOOPS_REPORT.index_file}) has the positions;
-a page of each robot its redundant equations and what touches on the way.
+a page of each robot its redundant equations and what touches on the way. [{SPACE_REPORT.index_file}]({SPACE_REPORT.index_file}) has
+six of them in other engines, too.
 """
 HEADER = ("model", "mobility", "redundant", "step [ms]", "its own", "tuned", "hardened", "cost", "the file as it is")
 
@@ -164,8 +168,14 @@ def main() -> None:
     parser.add_argument("models", type=Path, help="folder with a clone of each repository")
     parser.add_argument("--out", default="reports/own-models", help="folder of the pages")
     parser.add_argument("--only", nargs="+", choices=ROBOTS, default=list(ROBOTS), help="these robots alone")
+    parser.add_argument("--engines", action="store_true", help="compare engines on them, and write nothing else")
     asked = parser.parse_args()
     folder = folder_to_write(asked.out, "--out")
+    if asked.engines:
+        compared = {name: _compared(asked.models, name) for name in asked.only}
+        again = Reproduction(f"python -m docs.studies.own_models DIR --engines --only {SCENE}")
+        write_together([report_batch(SPACE_REPORT, compared, folder, again)])
+        return
     found = {name: _judged(asked.models, name) for name in asked.only}
     studies = {name: one for name, one in found.items() if isinstance(one, LoopStudy)}
     pages = report_batch(LOOPS_REPORT, studies, folder, Reproduction(f"make own-models MODELS=DIR ROBOTS={SCENE}"))
@@ -186,14 +196,24 @@ def _judged(models: Path, name: str) -> LoopStudy | str:
     return replace(found, file=robot.path)
 
 
-def _corrected(file: Path, changes: Mapping[str, str], folder: Path) -> Path:
-    """A copy of a model with other text, beside links to all that it may include."""
+def _compared(models: Path, name: str) -> SpatialStudy:
+    """Compare engines on a robot, at its file's own step and at half as many steps."""
+    robot = ROBOTS[name]
+    with tempfile.TemporaryDirectory() as folder:
+        file = _corrected(robot.file(models), robot.corrected, Path(folder), f"{name}.xml")
+        found = check_loops_in_engines(file, drives=robot.drives, keyframe=robot.keyframe).study
+    print(f"{name}: {[one.outcome for one in found.results]}", flush=True)
+    return replace(found, file=robot.path, title=f"{robot.repository}, {robot.path}")
+
+
+def _corrected(file: Path, changes: Mapping[str, str], folder: Path, name: str = "") -> Path:
+    """A copy of a model with other text, and a name if one is given, beside links to all that it may include."""
     for one in file.parent.iterdir():
         (folder / one.name).symlink_to(one.resolve())
-    text, made = file.read_text(encoding="utf-8"), folder / file.name
+    text, made = file.read_text(encoding="utf-8"), folder / (name or file.name)
     for old, new in changes.items():
         text = text.replace(old, new)
-    made.unlink()
+    made.unlink(missing_ok=True)
     made.write_text(text, encoding="utf-8")
     return made
 
