@@ -72,6 +72,7 @@ ALONE = {
     "Box2D": ("engines.box2d",),
     "newton": ("engines.newton",),
     "warp": ("engines.newton",),
+    "rapier3d": ("engines.rapier",),
     "matplotlib": ("report", *DRAWINGS),
     "distributed": ("execution.cluster",),
     "click": ("cli", *VERBS),
@@ -149,6 +150,7 @@ def test_no_two_modules_import_each_other() -> None:
         ("mjx", "jax"),
         ("drake", "pydrake"),
         ("newton", "newton"),
+        ("rapier", "rapier3d"),
     ],
 )
 def test_settings_of_an_engine_import_no_engine_library(name: str, library: str) -> None:

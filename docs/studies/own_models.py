@@ -46,8 +46,8 @@ How far their loops open in MuJoCo at each file's own step, driven along the exa
 with conrod's presets, and what a step costs over its own. `make own-models MODELS=DIR` makes this page; DIR has a clone
 of each repository below, in a folder of its name. No part of a model is here.
 [{LOOPS_REPORT.index_file}]({LOOPS_REPORT.index_file}) has the positions;
-a page of each robot its redundant equations and what touches on the way. [{SPACE_REPORT.index_file}]({SPACE_REPORT.index_file}) has
-six of them in other engines, too.
+a page of each robot its redundant equations and what touches on the way.
+[{SPACE_REPORT.index_file}]({SPACE_REPORT.index_file}) has six of them in other engines, too.
 """
 HEADER = ("model", "mobility", "redundant", "step [ms]", "its own", "tuned", "hardened", "cost", "the file as it is")
 

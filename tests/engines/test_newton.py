@@ -12,9 +12,9 @@ from command_line import refusal
 from planted_engine import LawfulEngine
 
 from conrod.engines import engine_named, installed_extras
+from conrod.engines.body_readings import BodyReadings, joint_openings
 from conrod.engines.engine import DOUBLE_EPSILON, SINGLE_EPSILON
 from conrod.engines.newton import NEWTON_PRESETS
-from conrod.engines.newton.readings import BodyReadings, joint_openings
 from conrod.engines.space import SpatialRun
 from conrod.errors import InvalidInput
 from conrod.exact.space.motion import DrivenTree

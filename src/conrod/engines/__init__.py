@@ -78,6 +78,7 @@ OPTIONAL_ENGINES: Mapping[str, EngineStyle] = {
         "X",
         first_run="Newton compiles kernels where a solver first runs, for minutes, and keeps them in ~/.cache/warp",
     ),
+    "rapier": EngineStyle("Rapier", "#000000", "<", module="rapier3d", distribution="rapier3d"),
 }
 PLUGIN_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 

@@ -19,9 +19,9 @@ import numpy as np
 import warp
 
 from conrod.comparison.outcome import MAX_JOINT_GAP
+from conrod.engines.body_readings import BodyReadings, joint_openings, motion_of_points
 from conrod.engines.capabilities import TIMED_REFERENCE
 from conrod.engines.newton import MUJOCO, MUJOCO_WARP, NEWTON_PRESETS, STIFF_SOLIMP, XPBD, NewtonSettings
-from conrod.engines.newton.readings import BodyReadings, joint_openings, motion_of_points
 from conrod.engines.newton.translation import translate, translation_refusal
 from conrod.engines.space import SpatialRun, SpatialStart
 from conrod.errors import InvalidInput

@@ -1,4 +1,4 @@
-"""What is read from Newton's bodies: motion of points, and how far joints are open in maximal coordinates."""
+"""What is read from bodies in maximal coordinates: motion of points, and how far joints are open."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from conrod.exact.space.forward_kinematics import rotation_matrices
 
 @dataclass(frozen=True, eq=False)
 class BodyReadings:
-    """Newton's bodies after a step, in single precision; a body's number is one less than in the tree.
+    """An engine's bodies after a step, in single precision; a body's number is one less than in the tree.
 
     Attributes:
         poses: (B, 7) place of the frame and quaternion x, y, z, w.
