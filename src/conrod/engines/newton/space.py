@@ -86,7 +86,7 @@ class NewtonStepper:
         for first in range(0, steps, BLOCK_STEPS):
             count = min(BLOCK_STEPS, steps - first)
             times = self.start.step * (self.done + np.arange(count + 1.0))
-            laws = np.array([law.derivatives(times)[:3] for law in self.start.machine.laws.values()])
+            laws = np.array([law.derivatives(times)[:2] for law in self.start.machine.laws.values()])
             for k in range(count):
                 if self.failure:
                     return
@@ -99,17 +99,21 @@ class NewtonStepper:
         return BodyReadings(self.state.body_q.numpy().copy(), self.state.body_qd.numpy().copy(), accelerations)
 
     def _drive(self, begin: Array, end: Array) -> None:
-        """Write the laws' values (D, 3) at a step's begin and end into the driven joints."""
+        """Write the laws' values (D, 2) at a step's begin and end into the driven joints."""
         xpbd = self.settings.solver == XPBD
         target = self._made.model if xpbd else self.state
         coordinates, rates, forces = (one.numpy() for one in (target.joint_q, target.joint_qd, self._control.joint_f))
         joints = self.start.machine.driven
-        for (q, v), joint, law in zip(self._made.driven, joints, end if xpbd else begin, strict=True):
+        # Of an acceleration that changes in the step a flywheel is given the mean, by which it arrives at the law's rate.
+        mean = (end[:, 1] - begin[:, 1]) / self.start.step
+        for (q, v), joint, law, acceleration in zip(
+            self._made.driven, joints, end if xpbd else begin, mean, strict=True
+        ):
             coordinate = float(law[0]) - joint.reference
             # Whole turns would cost digits.
             coordinates[q] = math.remainder(coordinate, REVOLUTION) if joint.kind == "hinge" else coordinate
             rates[v] = law[1]
-            forces[v] = self._armatures[v] * law[2]
+            forces[v] = self._armatures[v] * acceleration
         target.joint_q.assign(coordinates)
         target.joint_qd.assign(rates)
         if not xpbd:
@@ -172,8 +176,8 @@ def make_solver(model: Any, settings: NewtonSettings) -> Any:
 def run_in_space(start: SpatialStart, preset: str, steps: int, every: int = 1) -> SpatialRun:
     """Run a machine from its exact state, and record its points at the start and after each `every` steps.
 
-    Accelerations are SolverMuJoCo's own on MuJoCo's C code, and else central differences of velocities, one-sided at
-    the start. A run of SolverXPBD whose joints come apart is ended.
+    Accelerations are SolverMuJoCo's own on MuJoCo's C code where drives keep their rates, and else central differences
+    of velocities, one-sided at the start. A run of SolverXPBD whose joints come apart is ended.
     """
     stepper = NewtonStepper(start, preset)
     near = sorted({k + d for k in range(0, steps + 1, every) for d in (-1, 0, 1) if k + d >= 0} | {2})
@@ -188,7 +192,9 @@ def run_in_space(start: SpatialStart, preset: str, steps: int, every: int = 1) -
             if stepper.failure:
                 break
     samples = [k for k in range(0, steps + 1, every) if k in read and k + 1 in read]
-    points = motion_of_points(start, read, samples, own=stepper.settings.solver == MUJOCO)
+    times = start.step * np.arange(steps + 1.0)
+    steady = not any(law.derivatives(times)[2].any() for law in start.machine.laws.values())
+    points = motion_of_points(start, read, samples, own=steady and stepper.settings.solver == MUJOCO)
     return SpatialRun(start.step * np.array(samples, dtype=float), points, stepper.failure)
 
 
