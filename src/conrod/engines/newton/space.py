@@ -104,7 +104,7 @@ class NewtonStepper:
         target = self._made.model if xpbd else self.state
         coordinates, rates, forces = (one.numpy() for one in (target.joint_q, target.joint_qd, self._control.joint_f))
         joints = self.start.machine.driven
-        # Of an acceleration that changes in the step a flywheel is given the mean, by which it arrives at the law's rate.
+        # A flywheel is given the mean acceleration of the step, by which it arrives at the law's rate.
         mean = (end[:, 1] - begin[:, 1]) / self.start.step
         for (q, v), joint, law, acceleration in zip(
             self._made.driven, joints, end if xpbd else begin, mean, strict=True
