@@ -15,7 +15,7 @@ from packaging.version import Version
 ROOT = Path(__file__).parents[1]
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 # mjx needs a newer MuJoCo than conrod does, and mutants are planted with today's versions.
-INSTALLED = ("box2d", "dev", "exudyn", "fmi")
+INSTALLED = ("box2d", "dev", "drake", "exudyn", "fmi")
 
 
 def requirements(*extras: str) -> dict[str, Requirement]:
@@ -52,9 +52,9 @@ def test_constraints_lie_in_the_ranges(name: str) -> None:
     assert name not in tested or tested[name] in asked.specifier
 
 
-@pytest.mark.parametrize("name", sorted(requirements("box2d", "exudyn", "fmi", "mjx")))
+@pytest.mark.parametrize("name", sorted(requirements("box2d", "drake", "exudyn", "fmi", "mjx")))
 def test_requirement_of_users_has_an_upper_end(name: str) -> None:
-    assert any(one.operator == "<" for one in requirements("box2d", "exudyn", "fmi", "mjx")[name].specifier)
+    assert any(one.operator == "<" for one in requirements("box2d", "drake", "exudyn", "fmi", "mjx")[name].specifier)
 
 
 def test_constraints_have_no_addresses() -> None:

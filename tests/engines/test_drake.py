@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from importlib.util import find_spec
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -17,9 +19,13 @@ from conrod.comparison.trajectory import Piece, concatenate_pieces
 from conrod.engines import engine_named
 from conrod.engines.drake import DRAKE_PRESETS, DrakeSettings
 from conrod.engines.engine import run_extent
+from conrod.engines.space import exact_start
 from conrod.errors import InvalidInput
 from conrod.exact.motion import Array
+from conrod.exact.space.drive_laws import DriveLaw
 from conrod.scenes import scene_named
+from conrod.scenes.space import MACHINES
+from conrod.scenes.space.tree import exact_points, machine_laws, spatial_tree
 from conrod.testing import EngineConformance
 
 STEPS = (100, 200, 400)
@@ -188,6 +194,51 @@ def test_a_simulator_that_gives_up_is_an_outcome(drake: Any, capfd: pytest.Captu
     assert last.reason.startswith("Newton's iteration of Drake's integrator fails even in 1/1024 of a step; not finite")
     assert sum(len(piece.clock) for piece in pieces) == 5  # none is left out: what was not reached is not a number
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("preset", DRAKE_PRESETS)
+def test_drives_follow_a_law_whose_rate_jumps(preset: str, drake: Any) -> None:
+    def stop_dead(times: Array) -> Array:
+        """A coordinate that grows at 2 rad/s and stands from 0.05 s on: derivatives (4, T)."""
+        zeros = np.zeros(len(times))
+        return np.array([2.0 * np.minimum(times, 0.05), 2.0 * (times < 0.05), zeros, zeros])
+
+    machine = MACHINES["cardan"]()
+    law = DriveLaw("stop", 1.0, stop_dead)
+    start = exact_start(spatial_tree(machine), {"input": law}, exact_points(machine, np.zeros(1)))
+    stepper = drake.stepper_in_space(replace(start, step=0.005), preset)
+    joint, off = stepper.made.joints["input"].joint, []
+    for k in range(1, 21):
+        stepper(1)
+        reached = stepper.made.plant.GetPositions(stepper.context)[joint.position_start()]
+        off.append(abs(reached - stop_dead(np.array([0.005 * k]))[0, 0]))
+    assert not stepper.failure
+    assert max(off) < 1e-9
+
+
+def test_drake_in_space_refuses_a_joint_it_has_not(drake: Any) -> None:
+    machine = MACHINES["cardan"]()
+    start = exact_start(spatial_tree(machine), machine_laws(machine), exact_points(machine, np.zeros(1)))
+    bodies = [replace(one, joints=tuple(replace(j, kind="free") for j in one.joints)) for one in start.tree.bodies]
+    other = Mock(tree=replace(start.tree, bodies=tuple(bodies)))
+    assert drake.refusal_in_space(other, "stock") == "drake in space is given hinges, slides and balls, no free joints"
+    assert drake.refusal_in_space(start, "stock") is None
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        ("Pitch angle p = 89 degrees is within 0.01 degrees of gimbal-lock which\nmeans", "a loop's bushing .*gimbal"),
+        ("MapVelocityToQDot(): The RpyBallMobilizer (implementing a BallRpyJoint) ...", "a ball joint .BallRpyJoint"),
+        ("anything\nelse", "^Drake: anything else$"),
+    ],
+)
+@pytest.mark.usefixtures("drake")
+def test_what_drake_raises_is_said_in_one_line(message: str, words: str) -> None:
+    from conrod.engines.drake.stepping import explain_error
+
+    assert re.search(words, explain_error(message))
+    assert "\n" not in explain_error(message)
 
 
 # -- timing ------------------------------------------------------------------------------------------------------------
