@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks import ledger_cost, mujoco_recording, pymunk_recording
+from benchmarks.process_cost import cost_of_process
 from benchmarks.side_by_side import against, interleaved
 from conrod.engines.mujoco import dynamics
 from conrod.engines.mujoco.model import build
@@ -67,6 +69,13 @@ def test_a_resume_is_timed_only_where_no_run_was_lost(tmp_path: Path) -> None:
     assert ledger_cost.resume(path, cells[1:], read=True) == 19
     with pytest.raises(AssertionError, match="1 runs were lost"):
         ledger_cost.resume(path, cells)
+
+
+def test_cost_of_a_command_is_refused_where_it_fails() -> None:
+    command = [sys.executable, "-S", "-c", "raise SystemExit(1)"]
+    assert cost_of_process(command, statuses=(0, 1)).wall > 0.0
+    with pytest.raises(AssertionError, match="ended with status 1"):
+        cost_of_process(command)
 
 
 def test_repeats_are_interleaved_and_the_first_does_not_count() -> None:
