@@ -2,10 +2,10 @@
 # requires-python = ">=3.10"
 # dependencies = ["newton>=1.8", "numpy"]
 # ///
-"""SolverXPBD does not hold a hinge whose axis is oblique to the joint frame; nothing is said. Ends 1 while it does not.
+"""SolverXPBD does not hold a hinge whose axis is oblique to the joint frame; nothing is said. Ends 1 while so.
 
-A bar, its centre of gravity on the hinge, turns freely about an axis fixed in the world. A point of the axis stays where
-it is, so the exact angle between the axis in the bar and in the world is 0. The same hinge with the joint frame turned,
+A bar, its centre of gravity on the hinge, turns freely about an axis fixed in the world. A point of it stays where
+it is, so the exact angle between the axis in the bar and in the world is 0. The same hinge with its frame turned,
 so that the axis is its x axis, is the second way: it stays. The documentation of ModelBuilder.add_joint ("angular_axes:
 The angular axes of the joint, defined in the joint parent anchor frame") allows any axis, as add_mjcf makes them.
 """
