@@ -109,7 +109,7 @@ golden: $(READY) ## compare today's results with the golden ones, to 1e-13: afte
 golden-write: $(READY) ## make today's results the golden ones, of the groups named: make golden-write GROUPS="scenes limits"
 	$(BIN)/python -m tests.golden write $(GROUPS)
 
-bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; some 20 minutes on two idle cores
+bench: $(READY) ## measure what conrod itself costs, see docs/benchmarks.md; an estimated 20 minutes on two idle cores
 	$(BIN)/python -m benchmarks
 
 mutants: $(READY) ## plant defects where verdicts are made, and fail where the tests find fewer than 95 %; docs/mutants.md
