@@ -21,7 +21,7 @@ REPORTS = Path(__file__).parents[2] / "reports"
 MARKED = {"verification"}  # sealed pages, which nothing renders again
 
 
-@pytest.mark.parametrize("place", ["audit", "cams"])
+@pytest.mark.parametrize("place", ["audit", "cams", "batch"])
 def test_report_of_the_repository_is_rendered_with_its_bytes(place: str) -> None:
     batches = render_again(REPORTS / place)
     assert batches
