@@ -5,6 +5,8 @@ BIN    := $(VENV)/bin
 ENGINE_SCENES ?= shear-press saw-40rpm saw-500rpm cam-follower crank-shaper whitworth six-bar planetary-gear
 MUTANT_SECONDS ?= 3600 # after which `make mutants` stops; the next one goes on from there
 SPACE_STEPS ?= [25,50,100,200,400,800,1600]
+SHORT_STEPS ?= [25,50,100,200] # of Newton, whose steps cost milliseconds
+SPACE_ENGINES ?= 'mujoco','exudyn','drake','rapier'
 MUTANT_SAMPLE ?= 20 # defects of a module at most, those of changed functions first; 0 for all
 READY  := $(VENV)/.ready
 LOWEST ?= .venv-lowest
@@ -22,7 +24,9 @@ catalogue: $(READY) ## the same for the machines of the catalogue: rewrite repor
 
 space: $(READY) ## the machines in space, in MuJoCo (status 1: out of tolerance as they are), and all engines beside each other: rewrite reports/space/
 	$(BIN)/conrod validate spatial --tolerance position=0.1mm --out reports/space || test $$? = 1
-	$(BIN)/python -c "import conrod; conrod.validate_in_space(steps_per_rev=$(SPACE_STEPS), revolutions=1).write('reports/space')"
+	$(BIN)/python -c "import conrod; conrod.validate_in_space(engines=[$(SPACE_ENGINES)], steps_per_rev=$(SPACE_STEPS), revolutions=1).write('reports/space')"
+	if $(BIN)/python -c "import newton"; then \
+	    $(BIN)/python -c "import conrod; conrod.validate_in_space(engines=['newton'], steps_per_rev=$(SHORT_STEPS), revolutions=1).write('reports/space')"; fi
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted
 	$(BIN)/conrod sweep cam-follower --grid coarse --out reports/sweep

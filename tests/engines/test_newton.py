@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import subprocess
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -198,3 +200,11 @@ def test_newton_not_installed_is_refused_with_the_command(monkeypatch: pytest.Mo
         patch.setattr("conrod.engines.find_spec", lambda _: None)
         with pytest.raises(InvalidInput, match=r"pip install 'conrod\[newton\]'$"):
             engine_named("newton")
+
+
+@NEEDS_NEWTON
+def test_newton_starts_without_a_word_on_standard_error() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", "import conrod.engines.newton.engine"], capture_output=True, text=True, check=True
+    )
+    assert (done.stdout, done.stderr) == ("", "")

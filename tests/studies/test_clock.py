@@ -33,6 +33,7 @@ from conrod.execution.timing import (
 )
 from conrod.scenes import catalogue_scene
 from conrod.studies.ablate.findings import Effect, Evidence, IngredientVerdict, ingredient_verdict
+from conrod.studies.space.study import step_cost
 
 MILLISECOND = 1_000_000  # [ns]
 REFERENCE_COST = 1000  # [ns] a step
@@ -96,6 +97,26 @@ def test_ratio_is_the_fastest_repeat_over_a_reference_step() -> None:
 def test_an_engine_without_a_stepper_is_not_timed() -> None:
     engine: Any = SimpleNamespace(name="mine", has_capability=lambda kind: False)
     assert time_run(engine, SAW, MuJoCoSettings.stock(SAW, 100)) is None
+
+
+class BreakingStepper:
+    """A stepper that breaks off after some steps, on the clock of an engine; after that its calls cost nothing."""
+
+    def __init__(self, engine: FakeEngine, last: int) -> None:
+        self.engine, self.done, self.last, self.failure = engine, 0, last, ""
+
+    def __call__(self, steps: int) -> None:
+        self.engine.now += 0 if self.failure else 5000 * steps
+        self.done += steps
+        self.failure = "no solution" if self.done > self.last else ""
+
+
+@pytest.mark.parametrize(("last", "costs"), [(10**9, True), (3000, False)])
+def test_stepper_that_breaks_off_has_no_cost(last: int, costs: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = FakeEngine(1)
+    monkeypatch.setattr(engine, "stepper", lambda *_: BreakingStepper(engine, last))
+    assert (timed(engine, 1000) is not None) is costs
+    assert math.isnan(step_cost(lambda: BreakingStepper(engine, last), 4000)) is not costs
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -117,3 +118,17 @@ def test_report_in_space_has_a_figure_of_several_steps(tmp_path: Path) -> None:
     studies = {"m": SpatialStudy("m", "M", {"input": "60rpm"}, scales, (result("stock", *runs),))}
     page = Findings(SPACE_REPORT, studies, "call").write(tmp_path / "report")
     assert "m-space.svg" in page.read_text(encoding="utf-8")
+
+
+def test_short_runs_stay_beside_longer_ones_and_are_named() -> None:
+    long = SpatialStudy("m", "M", {}, {}, (result("stock", run(100, 1e-4, 1.0)), result("tuned", run(100, 1e-6, 1.0))))
+    short = replace(result("hardened", run(50, 1e-5, 1.0)), steps_per_rev=50)
+    assert SPACE_REPORT.merge is not None
+    merged = SPACE_REPORT.merge(long, replace(long, results=(short,)))
+    assert [one.preset for one in merged.results] == ["stock", "tuned", "hardened"]
+    assert "MuJoCo tuned 1.0e-6, MuJoCo hardened 1.0e-5 (at 50 steps), MuJoCo stock 1.0e-4." in finding([merged])
+    again = replace(result("stock", run(100, 2e-4, 1.0)))
+    assert SPACE_REPORT.merge(merged, replace(long, results=(again,))).results == (*merged.results[1:], again)
+    # Errors of more revolutions are others: nothing is kept.
+    more = replace(short, revolutions=2)
+    assert SPACE_REPORT.merge(long, replace(long, results=(more,))).results == (more,)

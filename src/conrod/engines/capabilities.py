@@ -277,6 +277,11 @@ def capability(engine: Engine[Any], kind: type[Capability]) -> Capability | Miss
     return MissingCapability(f"{engine.name} has no {CAPABILITY_TITLES[kind]}")
 
 
+def failure_of(stepper: Callable[[int], None]) -> str:
+    """Why a stepper has broken off, in its engine's words; empty while it goes on, or if it does not say."""
+    return str(getattr(stepper, "failure", ""))
+
+
 def require_capability(engine: Engine[Any], kind: type[Capability]) -> Capability:
     """Return the engine if it has a capability, else raise InvalidInput."""
     found = capability(engine, kind)

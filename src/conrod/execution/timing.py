@@ -57,9 +57,9 @@ def time_run(
             of no use, and may be fifty times as much (MuJoCo, cam).
 
     Returns:
-        The timing; None where the engine cannot be timed.
+        The timing; None where the engine cannot be timed, or breaks off when it makes many steps at once.
     """
-    from conrod.engines.capabilities import MissingCapability, TimedStepping, capability
+    from conrod.engines.capabilities import MissingCapability, TimedStepping, capability, failure_of
 
     made = capability(engine, TimedStepping)
     if isinstance(made, MissingCapability):
@@ -80,6 +80,8 @@ def time_run(
         timed = [(advance, steps)] if turns else [(made.stepper(machine, settings), length) for _ in range(runs)]
         references.append(_cpu_time([(reference, REFERENCE_STEPS)], clock))
         spent.append(_cpu_time(timed, clock))
+        if any(failure_of(stepper) for stepper, _ in timed):
+            return None
     seconds, reference_seconds = 1e-9 * min(spent) * turn / steps, 1e-9 * min(references) / REFERENCE_STEPS
     return Timing(seconds, reference_seconds, seconds / reference_seconds, steps, len(spent), machine_fingerprint())
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 
 import newton
@@ -11,7 +12,23 @@ from conrod.comparison.trajectory import Piece
 from conrod.engines.engine import PIECE_STEPS, SINGLE_EPSILON, Engine, Machine
 from conrod.engines.newton import MUJOCO_WARP, NEWTON_PRESETS, NewtonSettings, space
 
+STDERR = 2  # file descriptor
 warp.config.log_level = warp.LOG_ERROR  # it would print each kernel that it loads
+
+
+def start_warp() -> None:
+    """Start Warp without the line that it prints, past Python, where there is no driver of a GPU."""
+    kept, nowhere = os.dup(STDERR), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, STDERR)
+        warp.init()
+    finally:
+        os.dup2(kept, STDERR)
+        os.close(kept)
+        os.close(nowhere)
+
+
+start_warp()
 SPACE_ALONE = "newton runs machines in space alone"
 
 

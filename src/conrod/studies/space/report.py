@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -40,7 +41,11 @@ def finding(studies: Sequence[SpatialStudy]) -> str:
     judged = _tolerance_sentence(by_preset)
     if not worst:
         return f"{judged}No run came to its end. {_failure_sentence(by_preset)}"
-    sizes = [f"{' '.join(name)} {numbers.measured_text(worst[name])}" for name in sorted(worst, key=worst.__getitem__)]
+    short = _short_runs(studies)
+    sizes = [
+        f"{' '.join(name)} {numbers.measured_text(worst[name])}{short.get(name, '')}"
+        for name in sorted(worst, key=worst.__getitem__)
+    ]
     where = studies[0].name if len(studies) == 1 else f"{len(studies)} machines in space"
     said = [f"{judged}On {where} the largest position errors over L are: {', '.join(sizes)}."]
     if failed := _failure_sentence(by_preset):
@@ -51,6 +56,12 @@ def finding(studies: Sequence[SpatialStudy]) -> str:
         best, last = (f"{' '.join(name)} ({numbers.measured_text(whole[name])})" for name in (by_size[0], by_size[-1]))
         said.append(f"Accelerations are best in {best}, worst in {last}.")
     return " ".join(said)
+
+
+def _short_runs(studies: Sequence[SpatialStudy]) -> dict[tuple[str, str], str]:
+    """Say of presets that were run with fewer steps than others with how many at most, by engine and preset."""
+    steps = {engine_and_preset(one): one.steps_per_rev for study in studies for one in study.results}
+    return {name: f" (at {steps[name]} steps)" for name in steps if steps[name] < max(steps.values())}
 
 
 def _tolerance_sentence(by_preset: Mapping[tuple[str, str], Sequence[SpatialResult]]) -> str:
@@ -212,6 +223,15 @@ def results_to_print(studies: Sequence[SpatialStudy]) -> Iterator[PrintedPart]:
     yield from (f"{study.name}: {remark}" for study in studies for remark in study.remarks)
 
 
+def _merge_results(before: SpatialStudy, new: SpatialStudy) -> SpatialStudy:
+    """Keep the results of engines and presets that were not run again, as those of an engine whose runs are short."""
+    again = {engine_and_preset(one) for one in new.results}
+    kept = [one for one in before.results if engine_and_preset(one) not in again]
+    if before.file != new.file or {one.revolutions for one in (*kept, *new.results)} != {new.results[0].revolutions}:
+        return new
+    return replace(new, results=(*kept, *new.results))
+
+
 def _summary(study: SpatialStudy) -> dict[str, Any]:
     results = [
         {
@@ -252,5 +272,6 @@ SPACE_REPORT = Kind(
     results="space.json",
     index_file="space.md",
     suffix="-space",
+    merge=_merge_results,
     digits=2,
 )

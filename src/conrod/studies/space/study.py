@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -12,7 +13,7 @@ import numpy as np
 from conrod.comparison.outcome import MAX_JOINT_GAP, MAX_REACH_SIZES
 from conrod.comparison.trajectory import Outcome
 from conrod.engines import engine_named
-from conrod.engines.capabilities import SpatialRuns, require_capability
+from conrod.engines.capabilities import SpatialRuns, failure_of, require_capability
 from conrod.engines.plugin_values import EngineFault
 from conrod.engines.space import SpatialRun, SpatialStart, exact_start, widest_gaps
 from conrod.errors import InvalidInput
@@ -115,7 +116,8 @@ def judge_run(steps: int, run: SpatialRun, bench: SpatialBench, scales: Mapping[
 def step_cost(make: Callable[[], Callable[[int], None]], steps: int) -> float:
     """CPU time of a step [µs] of a stepper with nothing recorded, the least of some timings of half of the steps.
 
-    The other half warms up: laws of drives are evaluated for many steps at once.
+    The other half warms up: laws of drives are evaluated for many steps at once. NaN where a stepper has failed, as
+    some that are asked for many steps at once do: its calls cost nothing then.
     """
     found, half = [], max(1, steps // 2)
     for _ in range(TIMINGS):
@@ -124,4 +126,6 @@ def step_cost(make: Callable[[], Callable[[int], None]], steps: int) -> float:
         begun = time.process_time()
         stepper(half)
         found.append(time.process_time() - begun)
+        if failure_of(stepper):
+            return math.nan
     return 1e6 * min(found) / half
