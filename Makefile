@@ -25,7 +25,7 @@ catalogue: $(READY) ## the same for the machines of the catalogue: rewrite repor
 space: $(READY) ## the machines in space, in MuJoCo (status 1: out of tolerance as they are), and all engines beside each other: rewrite reports/space/
 	$(BIN)/conrod validate spatial --tolerance position=0.1mm --out reports/space || test $$? = 1
 	$(BIN)/python -c "import conrod; conrod.validate_in_space(engines=[$(SPACE_ENGINES)], steps_per_rev=$(SPACE_STEPS), revolutions=1).write('reports/space')"
-	if $(BIN)/python -c "import newton"; then \
+	if $(BIN)/python -c "import newton" 2> /dev/null; then \
 	    $(BIN)/python -c "import conrod; conrod.validate_in_space(engines=['newton'], steps_per_rev=$(SHORT_STEPS), revolutions=1).write('reports/space')"; fi
 
 sweep: $(READY) ## measure speed against accuracy and rewrite reports/sweep/; an hour, can be interrupted

@@ -20,7 +20,7 @@ from kinematic_mode import kinematic_errors
 from conrod import Comparison, MuJoCoSettings, Outcome, Trajectory, compare, harden, run
 from conrod.comparison.convergence import observed_order
 from conrod.comparison.outcome import joint_gaps
-from conrod.engines import ENGINES, engine_named
+from conrod.engines import ENGINES, OPTIONAL_ENGINES, engine_named
 from conrod.engines.mujoco.error_bound import PREDICTION_MARGIN, DrivenCourse, rk4_local_errors
 from conrod.engines.mujoco.model import build
 from conrod.engines.mujoco.standalone import standalone_mjcf
@@ -326,3 +326,8 @@ def test_stock_depends_on_gravity_and_masses_hardened_does_not(
     before = compare(run(scene, settings), scene).worst("position")
     for machine, used in ((lighter, settings), (scene, weightless)):
         assert least < compare(run(machine, used), machine).worst("position") / before < most
+
+
+def test_each_engine_that_ships_has_a_colour_of_its_own() -> None:
+    styles = {**ENGINES, **OPTIONAL_ENGINES}
+    assert len({style.colour for style in styles.values()}) == len(styles)

@@ -14,7 +14,7 @@ from command_line import refusal
 from planted_engine import LawfulEngine
 
 from conrod.engines import engine_named, installed_extras
-from conrod.engines.body_readings import BodyReadings, joint_openings
+from conrod.engines.body_readings import BodyReadings, joint_openings, motion_of_points
 from conrod.engines.engine import DOUBLE_EPSILON, SINGLE_EPSILON
 from conrod.engines.newton import NEWTON_PRESETS
 from conrod.engines.space import SpatialRun
@@ -127,6 +127,14 @@ def test_openings_see_a_hinge_that_has_tilted() -> None:
     assert held < 1e-12
     assert turned < 1e-12
     assert tilted > 0.1 * start.tree.extent
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_run_that_breaks_off_at_once_has_no_samples(own: bool) -> None:
+    _, start = machine_in_space("oblique-bar")
+    readings = BodyReadings(np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]]), np.zeros((1, 6)), None)
+    points = motion_of_points(start, {0: readings}, [], own)
+    assert {name: moved.shape for name, moved in points.items()} == dict.fromkeys(start.points, (3, 0, 3))
 
 
 # -- what is refused ---------------------------------------------------------------------------------------------------

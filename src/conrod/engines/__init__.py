@@ -54,7 +54,8 @@ class EngineStyle:
 
 
 # Engines that ship, each in the package `conrod.engines.NAME`: importing `engine.NAME_ENGINE` loads the engine, and
-# importing `NAME_PRESETS` does not. Colours are Okabe and Ito's, which colour-blind readers can tell apart.
+# importing `NAME_PRESETS` does not. Colours are Okabe and Ito's, and one of Tol's,
+# which colour-blind readers can tell apart.
 ENGINES: Mapping[str, EngineStyle] = {
     "mujoco": EngineStyle("MuJoCo", "#0072B2", "o"),
     "pymunk": EngineStyle("pymunk", "#D55E00", "D", model_ending=".py"),
@@ -78,7 +79,7 @@ OPTIONAL_ENGINES: Mapping[str, EngineStyle] = {
         "X",
         first_run="Newton compiles kernels where a solver first runs, for minutes, and keeps them in ~/.cache/warp",
     ),
-    "rapier": EngineStyle("Rapier", "#000000", "<", module="rapier3d", distribution="rapier3d"),
+    "rapier": EngineStyle("Rapier", "#882255", "<", module="rapier3d", distribution="rapier3d"),
 }
 PLUGIN_COLOURS = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 

@@ -80,13 +80,12 @@ def _arms(
     start: SpatialStart, read: Mapping[int, BodyReadings], samples: Sequence[int], name: str
 ) -> tuple[Array, Array, Array]:
     """Positions (T, 3) of a point, arms (T, 3) to it from its body's centre of gravity, and the body's rates (T, 6)."""
+    if not samples:  # a run that breaks off at once
+        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6))
     point = start.points[name]
     poses, rates = (
-        np.array([getattr(read[k], kind)[point.body - 1] for k in samples], dtype=float).reshape(len(samples), -1)
-        for kind in ("poses", "rates")
+        np.array([getattr(read[k], kind)[point.body - 1] for k in samples], dtype=float) for kind in ("poses", "rates")
     )
-    if not len(samples):
-        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 6))
     origin, turn = body_frames(poses)
     centre = start.tree.bodies[point.body].centre
     place = origin + np.einsum("ijt,j->it", turn, point.offset)
