@@ -56,7 +56,7 @@ def reports() -> Iterator[tuple[str, Batch]]:
     """Each page of a committed report with the files that it is made of."""
     for file in sorted((ROOT / REPORTS).rglob("*.json")):
         document_ = json.loads(file.read_text()) if file.parent.name != "data" else {}
-        if document_.get("kind") not in KINDS:
+        if document_.get("kind") not in KINDS or "parts" not in document_:  # or only marks its folder
             continue
         folder, shared = file.parent, {file.name: file.read_text()}
         tiled = [name for part in document_["parts"].values() for name in part["files"] if name.endswith("-moving.svg")]

@@ -297,6 +297,9 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "explain": (lambda: conrod.explain("opned"), "did you mean 'opened'"),
     "begin_project": (lambda: conrod.begin_project(__file__), "it is a file: give the folder of the project"),
     "compare_releases": (lambda: conrod.compare_releases("none.xml"), "none.xml: there is no such file"),
+    "check_loops_in_engines": (
+        lambda: conrod.check_loops_in_engines("none.xml", drives={"input": "60rpm"}), "none.xml"
+    ),
     "lint": (lambda: conrod.lint("none.xml"), "none.xml: there is no such file"),
     "harden": (lambda: conrod.harden("none.xml"), "none.xml: there is no such file"),
     "audit": (lambda: conrod.audit("none.csv"), "none.csv"),
